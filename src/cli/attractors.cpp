@@ -60,7 +60,11 @@ Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb
                                      const MakeUnits& how) {
                 const auto all = verb.chains(study);
                 std::vector<Chain> chains;
-                for (const auto& unit : units) chains.push_back(all.at(unit.number));
+                for (const auto& unit : units) {
+                  require_planned(unit.number < all.size() && key_of(all[unit.number]) == unit.key, unit,
+                                  study.file);
+                  chains.push_back(all[unit.number]);
+                }
                 AttractorStore store(lock.folder() / fmt::format("{}.db", verb.name), how.stop);
                 auto runs = settle(study, plan, verb.name, chains, store, how.threads, how.stop,
                                    [&](const ChainProgress& p) {

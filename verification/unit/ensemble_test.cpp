@@ -120,7 +120,6 @@ TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any num
   }
   CHECK(merge_shards(study, folder.path(), folder.path() / "scratch").units == 7);
   const EnsembleStore store(folder.path() / "ensemble.db");
-  const StartKeys keys(*scene, plan);
   const auto merged = run_ensemble(*scene, plan, {}, &store);
   CHECK(merged.cpu_seconds == 0);  // all starts are in the store
   CHECK(merged.steps == whole.steps);
@@ -135,8 +134,9 @@ TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any num
   // A start belongs to larger ensembles too, and to none of another scene or seed.
   auto larger = plan;
   larger.starts = 9;
-  CHECK(StartKeys(*scene, larger)(3) == keys(3));
-  CHECK(StartKeys(*scene, larger).subject() != keys.subject());
+  const auto key = run_key(identity(*scene, plan), 3);
+  CHECK(run_key(identity(*scene, larger), 3) == key);
+  CHECK(divided_ensemble(*scene, larger, {}).subject != study.subject);
   larger.seed = 2;
-  CHECK(StartKeys(*scene, larger)(3) != keys(3));
+  CHECK(run_key(identity(*scene, larger), 3) != key);
 }

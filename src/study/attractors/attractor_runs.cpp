@@ -47,12 +47,12 @@ constexpr const char* exponent_definitions[] = {
 AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop)
     : RunStore(file, Database::Access::write, form, stop) {}
 
-bool AttractorStore::find(const std::string& key, const Expected& expected, SettledRun& run) const {
+bool AttractorStore::find(const Expected& expected, SettledRun& run) const {
   Statement s(database_, "SELECT failure, doubt, t_end FROM runs WHERE run = ?");
-  s.bind(key);
+  s.bind(run.key);
   if (!s.step()) return false;
   const auto require = [&](bool holds, const char* what) {
-    if (!holds) database_.refuse(fmt::format("{} of run {:.12} are wrong; it is damaged", what, key));
+    if (!holds) database_.refuse(fmt::format("{} of run {:.12} are wrong; it is damaged", what, run.key));
   };
   run.failure = s.text(0);
   run.doubt = s.text(1);
@@ -64,7 +64,7 @@ bool AttractorStore::find(const std::string& key, const Expected& expected, Sett
           "the times");
   const auto width = expected.columns.size();
   Statement points(database_, "SELECT point, name, t, value FROM points WHERE run = ? ORDER BY rowid");
-  points.bind(key);
+  points.bind(run.key);
   while (points.step()) {
     const auto column = run.rows.size() % width, point = run.rows.size() / width;
     require(point < SectionPoints::most && points.whole(0) == static_cast<long>(point) &&
@@ -81,7 +81,7 @@ bool AttractorStore::find(const std::string& key, const Expected& expected, Sett
   }
   require(run.rows.size() == run.t.size() * width, "the points");
   Statement ends(database_, "SELECT part, place, value FROM ends WHERE run = ? ORDER BY rowid");
-  ends.bind(key);
+  ends.bind(run.key);
   const std::tuple<const char*, std::vector<double>&, std::size_t, double> parts[] = {
       {"q", run.end.q, expected.coordinates, magnitude_of("m")->greatest},
       {"v", run.end.v, expected.coordinates, magnitude_of("m/s")->greatest},
@@ -96,19 +96,19 @@ bool AttractorStore::find(const std::string& key, const Expected& expected, Sett
   return true;
 }
 
-void AttractorStore::store(const std::string& key, const SettledRun& run,
-                           const std::vector<NamedColumn>& columns) {
+void AttractorStore::store(const SettledRun& run, const std::vector<NamedColumn>& columns) {
   Database::Transaction whole(database_);
-  database_.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", key, run.branch, run.values[0],
+  database_.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", run.key, run.branch, run.values[0],
                     run.values.size() > 1 ? run.values[1] : std::nan(""), run.failure, run.doubt, run.end.t);
   Statement points(database_, "INSERT INTO points VALUES (?, ?, ?, ?, ?)");
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
     const auto point = i / columns.size();
-    points.put(key, static_cast<long>(point), run.t[point], columns[i % columns.size()].name, run.rows[i]);
+    points.put(run.key, static_cast<long>(point), run.t[point], columns[i % columns.size()].name,
+               run.rows[i]);
   }
   Statement ends(database_, "INSERT INTO ends VALUES (?, ?, ?, ?)");
   const auto put = [&](const std::string& part, const std::vector<double>& list) {
-    for (std::size_t i = 0; i < list.size(); ++i) ends.put(key, part, static_cast<long>(i), list[i]);
+    for (std::size_t i = 0; i < list.size(); ++i) ends.put(run.key, part, static_cast<long>(i), list[i]);
   };
   put("q", run.end.q);
   put("v", run.end.v);
@@ -250,7 +250,6 @@ class Settling {
   struct Run final : SectionSimulation {
     Run(const Scene& s, const SectionRequest& request, const StopToken& stop, SharedCompilation& compilation)
         : SectionSimulation(s, request, stop, &compilation), angles_at_end(drive_angles(s, plan().until)) {}
-    std::string key;
     Along along;
     std::vector<double> angles_at_end;
   };
@@ -280,16 +279,15 @@ class Settling {
       if (along.handed)
         requested.start = located_in(scene, [&] { return take_over(scene, *along.handed, stop_); });
       auto run = std::make_unique<Run>(scene, requested, stop_, compilation_);
-      run->key = key_of(chain, link, run->identity(), run->plan());
+      made.key = key_of(chain, link, *run);
       made.branch = chain.branch;
       made.values = link.values;
       bool there = false;
       {
         const std::lock_guard lock(mutex_);
         const auto& start = run->simulation().state();
-        there = store_.find(run->key, {r_.columns, start.q.size(), start.z.size(), run->plan().until}, made);
+        there = store_.find({r_.columns, start.q.size(), start.z.size(), run->plan().until}, made);
       }
-      made.key = run->key;
       made.period = run->plan().period;
       made.drive_angles = run->angles_at_end;
       if (!there) {
@@ -316,7 +314,7 @@ class Settling {
     made.end = std::move(run.end);
     {
       const std::lock_guard lock(mutex_);
-      store_.store(one.key, made, r_.columns);
+      store_.store(made, r_.columns);
       r_.in_lanes += one.in_lanes;
     }
     hand_over(along, made, one);
@@ -338,15 +336,12 @@ class Settling {
     if (on_progress_) on_progress_({done_, total_});
   }
 
-  std::string key_of(const Chain& chain, const ChainLink& link, Identity identity,
-                     const SectionPlan& plan) const {
-    identity.given +=
-        fmt::format("branch = {}\nvalues = {}\nsection = {}\nuntil = {}\ndiscard = {}\n",
-                    toml_quoted(chain.branch), toml_numbers(link.values), toml_quoted(plan_.section),
-                    toml_number(plan.until), toml_number(plan.discard));
-    for (const auto& column : requested_.columns)
-      identity.given += fmt::format("column = {}\n", toml_quoted(column));
-    return identity.digest();
+  std::string key_of(const Chain& chain, const ChainLink& link, const Run& run) const {
+    auto lines = fmt::format("branch = {}\nvalues = {}\nsection = {}\nuntil = {}\ndiscard = {}\n",
+                             toml_quoted(chain.branch), toml_numbers(link.values), toml_quoted(plan_.section),
+                             toml_number(run.plan().until), toml_number(run.plan().discard));
+    for (const auto& column : requested_.columns) lines += fmt::format("column = {}\n", toml_quoted(column));
+    return run_key(run.identity(), lines);
   }
 
   const Study& study_;

@@ -57,9 +57,9 @@ class AttractorStore : public RunStore {
     std::size_t coordinates = 0, states = 0;  ///< of its end
     double until = 0;                         ///< s, its end if it finished
   };
-  /// Reads a run; false if there is none with this key. Refuses the file if the run is not as expected.
-  bool find(const std::string& key, const Expected& expected, SettledRun& run) const;
-  void store(const std::string& key, const SettledRun& run, const std::vector<NamedColumn>& columns);
+  /// Reads a run; false if there is none with its key. Refuses the file if the run is not as expected.
+  bool find(const Expected& expected, SettledRun& run) const;
+  void store(const SettledRun& run, const std::vector<NamedColumn>& columns);
 
   /// @name Exponents, averaged over at least `periods`
   /// Their table exists from begin_exponents() on, in studies that request them.

@@ -15,8 +15,8 @@
 
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
-#include "io/files/digest.hpp"
 #include "io/files/escaping.hpp"
+#include "io/scene/toml_text.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/clock.hpp"
@@ -251,7 +251,7 @@ void Starts::make_all(const std::vector<int>& starts, const EnsembleStore* known
   std::size_t next_place = 0;
   SharedCompilation compilation;
   compilation.runs = starts.size();
-  const StartKeys keys(scene_, plan_);
+  const auto all_starts = known ? identity(scene_, plan_) : Identity();
   const auto next = [&]() -> std::unique_ptr<StudyRun> {
     while (!plan_.stop()) {
       StartOutcome outcome;
@@ -260,7 +260,8 @@ void Starts::make_all(const std::vector<int>& starts, const EnsembleStore* known
         const std::lock_guard lock(guard);
         place = next_place++;
         if (place >= starts.size()) break;
-        if (known && known->find(keys(starts[place]), outcome)) {
+        if (known) outcome.key = run_key(all_starts, starts[place]);
+        if (known && known->find(outcome)) {
           if (outcome.failure.empty() && outcome.rows.size() != times_.size() * columns_.size())
             throw SceneError(
                 fmt::format("ensemble.db: start {} has {} values instead of {}: it is damaged; remove it",
@@ -271,7 +272,10 @@ void Starts::make_all(const std::vector<int>& starts, const EnsembleStore* known
       }
       std::unique_ptr<Run> run;
       noting_errors(outcome, [&] { run = std::make_unique<Run>(*this, starts[place], place, compilation); });
-      if (run) return run;
+      if (run) {
+        run->outcome.key = std::move(outcome.key);
+        return run;
+      }
       const std::lock_guard lock(guard);
       done(place, outcome, false);
     }
@@ -379,36 +383,36 @@ const StoreForm form{
 EnsembleStore::EnsembleStore(const std::filesystem::path& file, Database::Access access, StopToken stop)
     : RunStore(file, access, form, stop) {}
 
-bool EnsembleStore::find(const std::string& key, StartOutcome& outcome) const {
+bool EnsembleStore::find(StartOutcome& outcome) const {
   Statement s(database_, "SELECT failure, steps, rows FROM runs WHERE run = ?");
-  s.bind(key);
+  s.bind(outcome.key);
   if (!s.step()) return false;
-  outcome = {.failure = s.text(0), .steps = s.whole(1)};
+  outcome.failure = s.text(0);
+  outcome.steps = s.whole(1);
   outcome.rows = s.doubles(2);
   Statement numbers(database_, "SELECT name, value FROM numbers WHERE run = ?");
-  numbers.bind(key);
+  numbers.bind(outcome.key);
   while (numbers.step()) outcome.numbers[numbers.text(0)] = numbers.number(1);
   return true;
 }
 
-void EnsembleStore::store(const std::string& key, int start, const StartOutcome& outcome) const {
+void EnsembleStore::store(int start, const StartOutcome& outcome) const {
   Database::Transaction whole(database_);
-  database_.execute("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?)", key, static_cast<long>(start),
-                    outcome.failure, outcome.steps, std::span<const double>(outcome.rows));
+  database_.execute("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?)", outcome.key,
+                    static_cast<long>(start), outcome.failure, outcome.steps,
+                    std::span<const double>(outcome.rows));
   Statement numbers(database_, "INSERT INTO numbers VALUES (?, ?, ?)");
-  for (const auto& [name, value] : outcome.numbers) numbers.put(key, name, value);
+  for (const auto& [name, value] : outcome.numbers) numbers.put(outcome.key, name, value);
   whole.commit();
 }
 
-StartKeys::StartKeys(const Scene& scene, const EnsemblePlan& plan)
-    : common_(fmt::format("{}\nseed {} turn {} play {} rows {} columns {}\n",
-                          identify(scene, plan.formulation, true).digest(), plan.seed, plan.how.turn,
-                          plan.how.play, plan.rows, fmt::join(plan.columns, " "))),
-      starts_(plan.starts) {}
-
-std::string StartKeys::operator()(int start) const {
-  return digest(common_ + fmt::format("start {}", start));
+Identity identity(const Scene& scene, const EnsemblePlan& plan) {
+  auto all_starts = identify(scene, plan.formulation, true);
+  all_starts.given = fmt::format("seed = {}\nturn = {}\nplay = {}\nrows = {}\n", plan.seed,
+                                 toml_number(plan.how.turn), toml_number(plan.how.play), plan.rows);
+  for (const auto& column : plan.columns)
+    all_starts.given += fmt::format("column = {}\n", toml_quoted(column));
+  return all_starts;
 }
-std::string StartKeys::subject() const { return digest(common_ + fmt::format("starts {}", starts_)); }
 
 }  // namespace freeplay

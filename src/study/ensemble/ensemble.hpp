@@ -74,6 +74,7 @@ struct Ensemble {
 
 /// Result of one start.
 struct StartOutcome {
+  std::string key = {};                        ///< in the database; empty: it was not looked for
   std::map<std::string, double> numbers = {};  ///< statistics by their paths in run.json
   /// At the times of the bands, columns in the inner loop; NaN after an early end.
   std::vector<double> rows = {};
@@ -130,23 +131,13 @@ class EnsembleStore : public RunStore {
  public:
   explicit EnsembleStore(const std::filesystem::path& file, Database::Access access = Database::Access::write,
                          StopToken stop = {});
-  /// Reads the result of a start; false if there is none with this key.
-  bool find(const std::string& key, StartOutcome& outcome) const;
-  void store(const std::string& key, int start, const StartOutcome& outcome) const;
+  /// Reads the result of a start; false if there is none with its key.
+  bool find(StartOutcome& outcome) const;
+  void store(int start, const StartOutcome& outcome) const;
 };
 
-/// Keys of starts. They depend on everything that affects a start, but not on the number of starts
-/// and threads.
-class StartKeys {
- public:
-  StartKeys(const Scene& scene, const EnsemblePlan& plan);
-  std::string operator()(int start) const;
-  /// Digest of the common part of all starts, and their number.
-  std::string subject() const;
-
- private:
-  std::string common_;
-  int starts_;
-};
+/// Identity that all starts share, for their keys (run_key()): everything that affects a start, but not
+/// the number of starts and threads.
+Identity identity(const Scene& scene, const EnsemblePlan& plan);
 
 }  // namespace freeplay

@@ -7,12 +7,20 @@
 
 #include "io/files/digest.hpp"
 #include "mechanism/error.hpp"
+#include "mechanism/scene.hpp"
 #include "study/ensemble/ensemble.hpp"
 #include "study/settings/study.hpp"
 #include "study/sweep/sweep.hpp"
 #include "study/sweep/sweep_table.hpp"
 
 namespace freeplay {
+
+void require_planned(bool same, const Unit& unit, const std::filesystem::path& file) {
+  if (!same)
+    throw SceneError(fmt::format("{}: run {} differs from the planned one; plan again into another folder",
+                                 file.string(), unit.number));
+}
+
 namespace {
 
 /// The runs of these units, with their keys from the plan.
@@ -22,15 +30,11 @@ std::vector<PlannedRun> runs_of(const Study& study, const Conduct& conduct, cons
   std::unordered_map<std::size_t, Identity> known;  // identities of first starts
   for (const auto& unit : units) {
     if (conduct.stop()) throw Interrupted();
-    auto changed = [&] {
-      return SceneError(fmt::format("{}: run {} differs from the planned one; plan again into another folder",
-                                    study.file.string(), unit.number));
-    };
-    if (unit.number >= all.size()) throw changed();
+    require_planned(unit.number < all.size(), unit, study.file);
     auto& one = all[unit.number];
     const auto first = unit.number - static_cast<std::size_t>(one.start);
     if (!known.contains(first)) known[first] = identity(study, all[first], conduct);
-    if (run_key(known[first], one.start) != unit.key) throw changed();
+    require_planned(run_key(known[first], one.start) == unit.key, unit, study.file);
     runs.push_back({unit.key, one, unit.number});
   }
   return runs;
@@ -80,32 +84,37 @@ Division divided_sweep(const Study& study, const Conduct& conduct, const char* v
 }
 
 Division divided_ensemble(const Scene& scene, const EnsemblePlan& plan, std::vector<std::string> arguments) {
-  const StartKeys keys(scene, plan);
+  const auto all_starts = identity(scene, plan);
   return {.verb = "ensemble",
           .arguments = std::move(arguments),
-          .subject = keys.subject(),
+          .subject = run_key(all_starts, fmt::format("starts = {}\n", plan.starts)),
           .units =
-              [&scene, plan, keys] {
+              [&scene, plan, all_starts] {
                 const Starts all(scene, plan);  // throws for an invalid plan
                 std::vector<Unit> units;
-                for (int k = 0; k < plan.starts; ++k) units.push_back({keys(k), static_cast<std::size_t>(k)});
+                for (int k = 0; k < plan.starts; ++k)
+                  units.push_back({run_key(all_starts, k), static_cast<std::size_t>(k)});
                 return units;
               },
           .make =
-              [&scene, plan](const FolderLock& lock, const std::vector<Unit>& units, const MakeUnits& how) {
+              [&scene, plan, all_starts](const FolderLock& lock, const std::vector<Unit>& units,
+                                         const MakeUnits& how) {
                 auto own = plan;
                 own.stop = how.stop;
                 own.threads = how.threads;
                 const EnsembleStore store(lock.folder() / "ensemble.db", Database::Access::write, how.stop);
                 std::vector<int> starts;
-                for (const auto& unit : units) starts.push_back(static_cast<int>(unit.number));
+                for (const auto& unit : units) {
+                  starts.push_back(static_cast<int>(unit.number));
+                  require_planned(run_key(all_starts, starts.back()) == unit.key, unit, scene.file);
+                }
                 MadeUnits made;
                 std::size_t done = 0;
                 Starts(scene, own)
                     .make_all(
                         starts, &store, [&](std::size_t place, const StartOutcome& outcome, bool found) {
                           if (outcome.interrupted) return;
-                          if (!found) store.store(units[place].key, starts[place], outcome);
+                          if (!found) store.store(starts[place], outcome);
                           if (!outcome.failure.empty())
                             made.add_failure(fmt::format("start {}: {}", starts[place], outcome.failure));
                           if (how.on_progress) how.on_progress(++done);

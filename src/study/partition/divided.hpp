@@ -9,6 +9,9 @@
 
 namespace freeplay {
 
+/// Throws SceneError unless a run is the `same` as its unit in the plan. `file`: of the study.
+void require_planned(bool same, const Unit& unit, const std::filesystem::path& file);
+
 /// `verb`: the verb of the database, VERB.db.
 Division divided_sweep(const Study& study, const Conduct& conduct, const char* verb,
                        std::vector<std::string> arguments, std::string subject);

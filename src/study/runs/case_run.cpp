@@ -197,11 +197,6 @@ void require_signal(const Study& study, const char* by) {
     throw lacks("scene", "a scene with a drive of prescribed speed, to count revolutions");
 }
 
-std::string run_key(Identity all_starts, int start) {
-  all_starts.given += fmt::format("start = {}\n", start);
-  return all_starts.digest();
-}
-
 namespace {
 
 /// The turns of the file that a measure compares the run with; null if the scene's crank has another speed

@@ -156,7 +156,5 @@ struct RunnableCase {
 /// Throws SceneError if a case cannot be run: its scene is invalid, cannot be assembled by its
 /// formulation, or lacks something that the study names.
 RunnableCase require_runnable(const Study& study, const Case& one, const Conduct& conduct);
-/// Key of a case with this start in the database. Equal keys imply equal bits.
-std::string run_key(Identity all_starts, int start);
 
 }  // namespace freeplay

@@ -18,6 +18,14 @@ std::size_t count(const Database& database, const std::string& rows) {
 
 }  // namespace
 
+std::string run_key(Identity shared, const std::string& lines) {
+  shared.given += lines;
+  return shared.digest();
+}
+std::string run_key(Identity all_starts, int start) {
+  return run_key(std::move(all_starts), fmt::format("start = {}\n", start));
+}
+
 WorkList::WorkList(const Database& database, const FolderLock& lock, const std::vector<std::string>& runs,
                    Earlier earlier)
     : database_(database), lock_(lock) {

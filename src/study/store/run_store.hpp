@@ -12,8 +12,15 @@
 
 #include "io/files/folder_lock.hpp"
 #include "study/store/database.hpp"
+#include "values/identity.hpp"
 
 namespace freeplay {
+
+/// Key of a run in its database: digest of the identity that it shares with other runs, with the lines that
+/// distinguish it from them at the end of `given`. Equal keys imply equal bits.
+std::string run_key(Identity shared, const std::string& lines);
+/// Likewise of one of several starts.
+std::string run_key(Identity all_starts, int start);
 
 // List of the runs of a study, in the table `work` of its database, by which processes divide the
 // runs. Its column `seat` is the slot of the process that computes a run. A run is
