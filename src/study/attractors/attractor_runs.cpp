@@ -25,31 +25,22 @@ using Statement = Database::Statement;
 
 constexpr double greatest_value = 1e45;  // as of forces, the greatest of all plausible ranges
 
-const StoreForm form{
-    2,
-    {"CREATE TABLE runs (run TEXT PRIMARY KEY, branch TEXT, x REAL, y REAL, failure TEXT, doubt TEXT, "
-     "t_end REAL)",
-     "CREATE TABLE points (run TEXT REFERENCES runs(run) ON DELETE CASCADE, point INTEGER, t REAL, name "
-     "TEXT, "
-     "value REAL)",
-     "CREATE INDEX points_run ON points(run)",
-     "CREATE TABLE ends (run TEXT REFERENCES runs(run) ON DELETE CASCADE, part TEXT, place INTEGER, value "
-     "REAL)",
-     "CREATE INDEX ends_run ON ends(run)"}};
-
-constexpr const char* exponent_definitions[] = {
-    "CREATE TABLE exponents (run TEXT REFERENCES runs(run) ON DELETE CASCADE, periods INTEGER, value REAL, "
-    "error REAL, reason TEXT)",
-    "CREATE INDEX exponents_run ON exponents(run)"};
+constexpr ListOfRuns lists[] = {{"points", "point INTEGER, t REAL, name TEXT, value REAL"},
+                                {"ends", "part TEXT, place INTEGER, value REAL"}};
+constexpr ListOfRuns exponents{"exponents", "periods INTEGER, value REAL, error REAL, reason TEXT"};
 
 }  // namespace
 
 AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop)
-    : RunStore(file, Database::Access::write, form, stop) {}
+    : RunStore(file, Database::Access::write,
+               {.kind = 2,
+                .columns =
+                    "run TEXT PRIMARY KEY, branch TEXT, x REAL, y REAL, failure TEXT, doubt TEXT, t_end REAL",
+                .lists = lists},
+               stop) {}
 
 bool AttractorStore::find(const Expected& expected, SettledRun& run) const {
-  Statement s(database_, "SELECT failure, doubt, t_end FROM runs WHERE run = ?");
-  s.bind(run.key);
+  Statement s(database_, "SELECT failure, doubt, t_end FROM runs WHERE run = ?", run.key);
   if (!s.step()) return false;
   const auto require = [&](bool holds, const char* what) {
     if (!holds) database_.refuse(fmt::format("{} of run {:.12} are wrong; it is damaged", what, run.key));
@@ -63,8 +54,8 @@ bool AttractorStore::find(const Expected& expected, SettledRun& run) const {
               (!run.failure.empty() || run.end.t >= expected.until * (1 - 1e-9)),
           "the times");
   const auto width = expected.columns.size();
-  Statement points(database_, "SELECT point, name, t, value FROM points WHERE run = ? ORDER BY rowid");
-  points.bind(run.key);
+  Statement points(database_, "SELECT point, name, t, value FROM points WHERE run = ? ORDER BY rowid",
+                   run.key);
   while (points.step()) {
     const auto column = run.rows.size() % width, point = run.rows.size() / width;
     require(point < SectionPoints::most && points.whole(0) == static_cast<long>(point) &&
@@ -80,8 +71,7 @@ bool AttractorStore::find(const Expected& expected, SettledRun& run) const {
     require(!(std::abs(run.rows.back()) > greatest_value), "the points");
   }
   require(run.rows.size() == run.t.size() * width, "the points");
-  Statement ends(database_, "SELECT part, place, value FROM ends WHERE run = ? ORDER BY rowid");
-  ends.bind(run.key);
+  Statement ends(database_, "SELECT part, place, value FROM ends WHERE run = ? ORDER BY rowid", run.key);
   const std::tuple<const char*, std::vector<double>&, std::size_t, double> parts[] = {
       {"q", run.end.q, expected.coordinates, magnitude_of("m")->greatest},
       {"v", run.end.v, expected.coordinates, magnitude_of("m/s")->greatest},
@@ -98,17 +88,16 @@ bool AttractorStore::find(const Expected& expected, SettledRun& run) const {
 
 void AttractorStore::store(const SettledRun& run, const std::vector<NamedColumn>& columns) {
   Database::Transaction whole(database_);
-  database_.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", run.key, run.branch, run.values[0],
-                    run.values.size() > 1 ? run.values[1] : std::nan(""), run.failure, run.doubt, run.end.t);
-  Statement points(database_, "INSERT INTO points VALUES (?, ?, ?, ?, ?)");
+  whole.insert("runs", run.key, run.branch, run.values[0],
+               run.values.size() > 1 ? run.values[1] : std::nan(""), run.failure, run.doubt, run.end.t);
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
     const auto point = i / columns.size();
-    points.put(run.key, static_cast<long>(point), run.t[point], columns[i % columns.size()].name,
-               run.rows[i]);
+    whole.insert("points", run.key, static_cast<long>(point), run.t[point], columns[i % columns.size()].name,
+                 run.rows[i]);
   }
-  Statement ends(database_, "INSERT INTO ends VALUES (?, ?, ?, ?)");
   const auto put = [&](const std::string& part, const std::vector<double>& list) {
-    for (std::size_t i = 0; i < list.size(); ++i) ends.put(run.key, part, static_cast<long>(i), list[i]);
+    for (std::size_t i = 0; i < list.size(); ++i)
+      whole.insert("ends", run.key, part, static_cast<long>(i), list[i]);
   };
   put("q", run.end.q);
   put("v", run.end.v);
@@ -119,19 +108,15 @@ void AttractorStore::store(const SettledRun& run, const std::vector<NamedColumn>
 void AttractorStore::begin_exponents() {
   Database::Transaction whole(database_);  // two processes may begin at the same time
   const auto there = database_.schema();
-  for (const auto* definition : exponent_definitions)
+  for (const auto& definition : definitions_of(exponents))
     if (std::ranges::find(there, definition, &SchemaObject::sql) == there.end())
       database_.execute(definition);
   whole.commit();
 }
 
 std::optional<AttractorExponent> AttractorStore::find_exponent(const std::string& key, long periods) const {
-  const auto found = database_.rows(
-      "SELECT value, error, reason FROM exponents WHERE run = ? AND periods = ?",
-      [](const Statement& s) {
-        return AttractorExponent{s.number(0), s.number(1), s.text(2)};
-      },
-      key, periods);
+  const auto found = database_.list<AttractorExponent, double, double, std::string>(
+      "SELECT value, error, reason FROM exponents WHERE run = ? AND periods = ?", key, periods);
   return found.empty() ? std::nullopt : std::optional(found.front());
 }
 

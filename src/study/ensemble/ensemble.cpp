@@ -372,37 +372,32 @@ namespace {
 
 using Statement = Database::Statement;
 
-const StoreForm form{
-    3,
-    {"CREATE TABLE runs (run TEXT PRIMARY KEY, start INTEGER, failure TEXT, steps INTEGER, rows BLOB)",
-     "CREATE TABLE numbers (run TEXT REFERENCES runs(run) ON DELETE CASCADE, name TEXT, value REAL)",
-     "CREATE INDEX numbers_run ON numbers(run)"}};
+constexpr ListOfRuns lists[] = {{"numbers", "name TEXT, value REAL"}};
 
 }  // namespace
 
 EnsembleStore::EnsembleStore(const std::filesystem::path& file, Database::Access access, StopToken stop)
-    : RunStore(file, access, form, stop) {}
+    : RunStore(file, access,
+               {.kind = 3,
+                .columns = "run TEXT PRIMARY KEY, start INTEGER, failure TEXT, steps INTEGER, rows BLOB",
+                .lists = lists},
+               stop) {}
 
 bool EnsembleStore::find(StartOutcome& outcome) const {
-  Statement s(database_, "SELECT failure, steps, rows FROM runs WHERE run = ?");
-  s.bind(outcome.key);
+  Statement s(database_, "SELECT failure, steps, rows FROM runs WHERE run = ?", outcome.key);
   if (!s.step()) return false;
   outcome.failure = s.text(0);
   outcome.steps = s.whole(1);
   outcome.rows = s.doubles(2);
-  Statement numbers(database_, "SELECT name, value FROM numbers WHERE run = ?");
-  numbers.bind(outcome.key);
+  Statement numbers(database_, "SELECT name, value FROM numbers WHERE run = ?", outcome.key);
   while (numbers.step()) outcome.numbers[numbers.text(0)] = numbers.number(1);
   return true;
 }
 
 void EnsembleStore::store(int start, const StartOutcome& outcome) const {
   Database::Transaction whole(database_);
-  database_.execute("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?)", outcome.key,
-                    static_cast<long>(start), outcome.failure, outcome.steps,
-                    std::span<const double>(outcome.rows));
-  Statement numbers(database_, "INSERT INTO numbers VALUES (?, ?, ?)");
-  for (const auto& [name, value] : outcome.numbers) numbers.put(outcome.key, name, value);
+  whole.insert("runs", outcome.key, static_cast<long>(start), outcome.failure, outcome.steps, outcome.rows);
+  for (const auto& [name, value] : outcome.numbers) whole.insert("numbers", outcome.key, name, value);
   whole.commit();
 }
 

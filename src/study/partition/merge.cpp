@@ -1,6 +1,7 @@
 #include "study/partition/merge.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -104,9 +105,8 @@ class Merging {
   }
 
   void copy(const Database& shard, const std::string& into, int columns, const std::string& of) const {
-    std::string marks = "?";
-    for (int c = 1; c < columns; ++c) marks += ", ?";
-    Statement rows(shard, of), row(db_, fmt::format("INSERT INTO {} VALUES ({})", into, marks));
+    Statement rows(shard, of),
+        row(db_, fmt::format("INSERT INTO {} VALUES ({})", into, fmt::join(std::vector(columns, '?'), ", ")));
     while (rows.step()) {
       for (int c = 0; c < columns; ++c) row.bind(rows, c);
       row.again();

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -173,8 +174,6 @@ long Database::number_of(const std::string& sql) const {
   return s.step() ? s.whole(0) : 0;
 }
 
-long Database::last_id() const { return sqlite3_last_insert_rowid(db_); }
-
 int Database::wait(void* self, int tries) {
   if (static_cast<Database*>(self)->stop_() || tries * between_tries > patience) return 0;
   std::this_thread::sleep_for(between_tries);
@@ -292,12 +291,10 @@ void Database::configure() {
 
 std::vector<SchemaObject> Database::schema() const {
   // Indexes that SQLite makes for UNIQUE or PRIMARY KEY have no definition.
-  return rows(
+  using Text = std::string;
+  return list<SchemaObject, Text, Text, Text, Text>(
       "SELECT type, name, tbl_name, sql FROM sqlite_master WHERE NOT (type = 'index' AND sql IS NULL "
-      "AND name GLOB 'sqlite_autoindex_*') ORDER BY rowid",
-      [](const Statement& s) {
-        return SchemaObject{s.text(0), s.text(1), s.text(2), s.text(3)};
-      });
+      "AND name GLOB 'sqlite_autoindex_*') ORDER BY rowid");
 }
 
 long Database::kind() const { return number_of("PRAGMA user_version"); }
@@ -438,8 +435,19 @@ Database::Transaction::Transaction(const Database& owner) : owner_(owner) {
   owner.execute("BEGIN IMMEDIATE");
 }
 Database::Transaction::~Transaction() {
+  insertions_.clear();
   if (open_) sqlite3_exec(owner_.db_, "ROLLBACK", nullptr, nullptr, nullptr);
 }
+Database::Statement& Database::Transaction::insertion(const std::string& table, std::size_t columns) {
+  const std::pair key(table, columns);
+  if (const auto found = insertions_.find(key); found != insertions_.end()) return found->second;
+  return insertions_
+      .try_emplace(key, owner_,
+                   fmt::format("INSERT OR REPLACE INTO {} VALUES ({})", table,
+                               fmt::join(std::vector(columns, '?'), ", ")))
+      .first->second;
+}
+long Database::Transaction::last_id() const { return sqlite3_last_insert_rowid(owner_.db_); }
 void Database::Transaction::commit() {
   owner_.execute("COMMIT");
   open_ = false;

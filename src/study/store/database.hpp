@@ -23,8 +23,10 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -64,22 +66,25 @@ class Database {
   /// Executes one statement with these values.
   template <class... X>
   void execute(const std::string& sql, const X&... values) const {
-    Statement s(*this, sql);
-    (s.bind(values), ...);
-    s.step();
+    Statement(*this, sql, values...).step();
   }
-  /// of_row(row) for each row of a query with these values; a row is a const Statement&.
-  template <class F, class... X>
-  auto rows(const std::string& sql, F of_row, const X&... values) const {
-    Statement s(*this, sql);
-    (s.bind(values), ...);
-    std::vector<decltype(of_row(std::as_const(s)))> list;
-    while (s.step()) list.push_back(of_row(std::as_const(s)));
-    return list;
+  /// T{…} of the first columns, in these types, for each row of a query with these values.
+  template <class T, class... Column, class... X>
+  std::vector<T> list(const std::string& sql, const X&... values) const {
+    Statement s(*this, sql, values...);
+    std::vector<T> rows;
+    while (s.step()) {
+      int column = 0;
+      rows.push_back(T{s.value<Column>(column++)...});
+    }
+    return rows;
+  }
+  /// The first column.
+  std::vector<std::string> texts(const std::string& sql, const auto&... values) const {
+    return list<std::string, std::string>(sql, values...);
   }
   /// The number in the first row of a query; 0 without one.
   long number_of(const std::string& sql) const;
-  long last_id() const;  ///< of the last inserted row
   /// Its tables, indexes and views, in the order of their creation. Each is_own().
   std::vector<SchemaObject> schema() const;
   /// SQLite's user_version, which states the kind of database.
@@ -90,10 +95,19 @@ class Database {
   /// Throws SceneError or OutputError, as Database() does: the file cannot be used.
   [[noreturn]] void refuse(const std::string& why) const;
 
+  /// A column of its own for each of these numbers.
+  struct Columns {
+    std::span<const double> numbers;
+  };
+
   /// A prepared statement: bind values in order, then step through the rows.
   class Statement {
    public:
     Statement(const Database& owner, const std::string& sql);
+    template <class... X>
+    Statement(const Database& owner, const std::string& sql, const X&... values) : Statement(owner, sql) {
+      (bind(values), ...);
+    }
     ~Statement();
     Statement(const Statement&) = delete;
     Statement& operator=(const Statement&) = delete;
@@ -105,6 +119,10 @@ class Database {
     Statement& bind(std::span<const float> x) { return bind_bytes(std::as_bytes(x)); }
     /// Likewise with double precision, bit for bit.
     Statement& bind(std::span<const double> x) { return bind_bytes(std::as_bytes(x)); }
+    Statement& bind(Columns x) {
+      for (const double number : x.numbers) bind(number);
+      return *this;
+    }
     /// Binds a value of another statement's current row unchanged.
     Statement& bind(const Statement& row, int column);
     bool step();
@@ -118,6 +136,16 @@ class Database {
     std::string text(int column) const;
     double number(int column) const;
     long whole(int column) const;
+    /// One of these three, by type.
+    template <class T>
+    T value(int column) const {
+      if constexpr (std::is_same_v<T, std::string>)
+        return text(column);
+      else if constexpr (std::is_integral_v<T>)
+        return static_cast<T>(whole(column));
+      else
+        return number(column);
+    }
     int columns() const;
     std::string name(int column) const;
     bool absent(int column) const;  ///< whether it is NULL
@@ -145,11 +173,24 @@ class Database {
     ~Transaction();
     Transaction(const Transaction&) = delete;
     Transaction& operator=(const Transaction&) = delete;
+    /// Inserts a row into a table, in place of a row with the same key, and returns its integer. Each
+    /// statement is prepared once.
+    template <class... X>
+    long insert(const std::string& table, const X&... values) {
+      insertion(table, (... + width(values))).put(values...);
+      return last_id();
+    }
     void commit();
 
    private:
+    static std::size_t width(const Columns& x) { return x.numbers.size(); }
+    static std::size_t width(const auto&) { return 1; }
+    Statement& insertion(const std::string& table, std::size_t columns);
+    long last_id() const;
+
     const Database& owner_;
     bool open_ = true;
+    std::map<std::pair<std::string, std::size_t>, Statement> insertions_;
   };
 
  private:

@@ -12,31 +12,16 @@
 namespace freeplay {
 namespace {
 
-std::string table_of_runs(const Study& study) {
-  std::string columns;
+StoreForm form_of(const Study& study) {
+  std::string columns = "run TEXT UNIQUE, variant TEXT, formulation TEXT, start INTEGER, ";
   for (const auto& axis : study.axes) columns += fmt::format("\"{}\" REAL, ", axis.name);
   for (const auto& name : TurnMetrics::names()) columns += fmt::format("{} REAL, ", name);
   for (const auto& measure : study.measures) columns += fmt::format("\"{}\" REAL, ", measure.name);
-  return fmt::format(
-      "CREATE TABLE runs (run TEXT UNIQUE, variant TEXT, formulation TEXT, start INTEGER, {}"
-      "status TEXT, reason TEXT, \"run id\" INTEGER PRIMARY KEY)",
-      columns);
+  columns += "status TEXT, reason TEXT, \"run id\" INTEGER PRIMARY KEY";
+  return {.kind = 3, .columns = columns, .lists = lists_of_runs, .divided = true};
 }
 
 }  // namespace
-
-StoreForm results_form(const Study& study) {
-  StoreForm form{3, {table_of_runs(study)}};
-  for (const auto& [rows, view, columns] : lists_of_runs) {
-    const bool single = std::string_view(columns).find("BLOB") != std::string_view::npos;
-    form.definitions.push_back(
-        fmt::format("CREATE TABLE {} (id INTEGER {}REFERENCES runs(\"run id\") ON DELETE CASCADE, {})", rows,
-                    single ? "PRIMARY KEY " : "", columns));
-    if (!single) form.definitions.push_back(fmt::format("CREATE INDEX {0}_id ON {0}(id)", rows));
-  }
-  form.definitions.insert(form.definitions.end(), WorkList::definitions.begin(), WorkList::definitions.end());
-  return form;
-}
 
 PackedTrace packed(const std::vector<TracePoint>& trace) {
   PackedTrace out;
@@ -77,77 +62,52 @@ namespace {
 
 using Statement = Database::Statement;
 
-std::string insert(const char* into, std::size_t columns) {
-  std::string marks = "?";
-  for (std::size_t i = 1; i < columns; ++i) marks += ", ?";
-  return fmt::format("INSERT {} VALUES ({})", into, marks);
-}
-
 double finite(double x) { return std::isfinite(x) ? x : std::nan(""); }
 
-/// Prepared statements that store a run, for one batch.
-struct Inserts {
-  Inserts(const Database& owner, std::size_t columns_of_runs)
-      : database(owner),
-        run(owner, insert("OR REPLACE INTO runs", columns_of_runs)),
-        turn(owner, insert("INTO turn_rows", 3)),
-        flight(owner, insert("INTO flight_rows", 6)),
-        impact(owner, insert("INTO impact_rows", 5)),
-        measure(owner, insert("INTO measure_rows", 5)),
-        cost(owner, insert("INTO cost_rows", 5)),
-        spectrum(owner, insert("INTO spectrum_blobs", 2)),
-        trace(owner, insert("INTO trace_blobs", 4)),
-        done(owner, WorkList::done) {}
-
-  const Database& database;
-  Statement run, turn, flight, impact, measure, cost, spectrum, trace, done;
-};
-
 /// Stores one run. `measures`: their names.
-void put(Inserts& into, const MadeRun& made, const std::vector<std::string>& measures) {
+void put(Database::Transaction& into, const MadeRun& made, const std::vector<std::string>& measures) {
   const auto& [key, what, r] = made;
   const auto& m = r.metrics;
   const bool finished = r.ending.status == Ending::Status::finished;
-  auto& s = into.run;
-  s.bind(key).bind(what->variant).bind(what->formulation).bind(static_cast<long>(what->start));
-  for (const double x : what->values) s.bind(x);
-  for (const double x : m.value) s.bind(finished ? finite(x) : std::nan(""));
+  auto numbers = what->values;
+  for (const double x : m.value) numbers.push_back(finished ? finite(x) : std::nan(""));
   for (std::size_t i = 0; i < measures.size(); ++i)
-    s.bind(finished ? finite(r.measured[i].value) : std::nan(""));
+    numbers.push_back(finished ? finite(r.measured[i].value) : std::nan(""));
   auto reason = r.ending.reason;
   for (const auto& note : r.notes)
     if (finished && is_warning(note)) reason += (reason.empty() ? "" : "; ") + note;
-  // SQLite gives its number
-  s.put(std::string(finished ? "finished" : "failed"), reason, std::nan(""));
-  const long id = into.database.last_id();
+  const long id = into.insert("runs", key, what->variant, what->formulation, static_cast<long>(what->start),
+                              Database::Columns{numbers}, std::string(finished ? "finished" : "failed"),
+                              reason, std::nan(""));  // SQLite gives the last column
 
   const auto contact = [&](int k) {
     const auto i = static_cast<std::size_t>(k);
     return i < r.contacts.size() ? r.contacts[i] : std::string();
   };
-  for (std::size_t i = 0; i < m.peaks.size(); ++i) into.turn.put(id, static_cast<long>(i + 1), m.peaks[i]);
+  for (std::size_t i = 0; i < m.peaks.size(); ++i)
+    into.insert("turn_rows", id, static_cast<long>(i + 1), m.peaks[i]);
   for (const auto& f : m.flights)
-    into.flight.put(id, f.loss, f.angle, f.duration, f.deceleration, contact(f.contact));
-  for (const auto& i : m.impacts) into.impact.put(id, i.angle, i.approach, i.impulse, contact(i.contact));
+    into.insert("flight_rows", id, f.loss, f.angle, f.duration, f.deceleration, contact(f.contact));
+  for (const auto& i : m.impacts)
+    into.insert("impact_rows", id, i.angle, i.approach, i.impulse, contact(i.contact));
   for (std::size_t i = 0; i < r.measured.size(); ++i) {
     long number = 0;
     for (const auto& part : r.measured[i].parts)
-      into.measure.put(id, measures[i], ++number, part.t, part.value);
+      into.insert("measure_rows", id, measures[i], ++number, part.t, part.value);
   }
   const std::vector<float> amplitudes(m.spectrum.begin(), m.spectrum.end());
-  if (!amplitudes.empty()) into.spectrum.put(id, amplitudes);
+  if (!amplitudes.empty()) into.insert("spectrum_blobs", id, amplitudes);
   if (what->start == 0 && !m.last_turn.empty()) {
     const auto trace = packed(m.last_turn);
-    into.trace.put(id, trace.angle, trace.acceleration, trace.position);
+    into.insert("trace_blobs", id, trace.angle, trace.acceleration, trace.position);
   }
-  into.cost.put(id, r.cpu_seconds, r.work.steps, r.work.rhs, r.work.pivots);
-  into.done.put(key);
+  into.insert("cost_rows", id, r.cpu_seconds, r.work.steps, r.work.rhs, r.work.pivots);
 }
 
 }  // namespace
 
 Results::Results(const std::filesystem::path& file, const Study& study, StopToken stop)
-    : RunStore(file, Database::Access::write, results_form(study), stop), axes_(study.axes.size()) {
+    : RunStore(file, Database::Access::write, form_of(study), stop), axes_(study.axes.size()) {
   for (const auto& m : study.measures) measures_.push_back(m.name);
   const auto make = [this](const std::string& view) {
     database_.execute("CREATE VIEW IF NOT EXISTS " + view);
@@ -158,16 +118,16 @@ Results::Results(const std::filesystem::path& file, const Study& study, StopToke
 
 void Results::store(std::span<const MadeRun> batch) {
   Database::Transaction whole(database_);
-  {
-    // run, variant, formulation, start; status, reason; row number
-    Inserts into(database_, 4 + axes_ + TurnMetrics::count + measures_.size() + 2 + 1);
-    for (const auto& made : batch) put(into, made, measures_);
+  Statement done(database_, WorkList::done);
+  for (const auto& made : batch) {
+    put(whole, made, measures_);
+    done.put(made.key);
   }
   whole.commit();
 }
 
 std::set<std::string> Results::keys() const {
-  const auto keys = database_.rows("SELECT run FROM runs", [](const Statement& s) { return s.text(0); });
+  const auto keys = database_.texts("SELECT run FROM runs");
   return {keys.begin(), keys.end()};
 }
 
@@ -190,20 +150,15 @@ std::vector<RunRow> Results::runs(const std::set<std::string>& keys) const {
 }
 
 std::vector<std::array<std::string, 3>> Results::failures() const {
-  return database_.rows(
-      "SELECT variant, formulation, reason FROM named WHERE status != 'finished' ORDER BY run",
-      [](const Statement& s) {
-        return std::array{s.text(0), s.text(1), s.text(2)};
-      });
+  using Text = std::string;
+  return database_.list<std::array<Text, 3>, Text, Text, Text>(
+      "SELECT variant, formulation, reason FROM named WHERE status != 'finished' ORDER BY run");
 }
 
 std::vector<KeptRuns> Results::kept() const {
-  return database_.rows(
+  return database_.list<KeptRuns, std::string, std::string, std::size_t>(
       "SELECT variant, formulation, count(*) FROM runs WHERE run IN (SELECT run FROM work WHERE state = "
-      "'kept') GROUP BY 1, 2 ORDER BY 1, 2",
-      [](const Statement& s) {
-        return KeptRuns{s.text(0), s.text(1), static_cast<std::size_t>(s.whole(2))};
-      });
+      "'kept') GROUP BY 1, 2 ORDER BY 1, 2");
 }
 
 void Results::prune() {
@@ -214,34 +169,24 @@ void Results::prune() {
 }
 
 std::vector<Flight> Results::flights(const std::string& key) const {
-  return database_.rows(
-      "SELECT loss, angle, duration, deceleration FROM flights WHERE run = ?",
-      [](const Statement& s) {
-        return Flight{s.number(0), s.number(1), s.number(2), s.number(3)};
-      },
-      key);
+  return database_.list<Flight, double, double, double, double>(
+      "SELECT loss, angle, duration, deceleration FROM flights WHERE run = ?", key);
 }
 
 std::vector<CountedImpact> Results::impacts(const std::string& key) const {
-  return database_.rows(
-      "SELECT angle, approach, impulse FROM impacts WHERE run = ?",
-      [](const Statement& s) {
-        return CountedImpact{s.number(0), s.number(1), s.number(2)};
-      },
-      key);
+  return database_.list<CountedImpact, double, double, double>(
+      "SELECT angle, approach, impulse FROM impacts WHERE run = ?", key);
 }
 
 std::vector<double> Results::spectrum(const std::string& key) const {
-  Statement s(database_, "SELECT amplitude FROM spectra WHERE run = ?");
-  s.bind(key);
+  Statement s(database_, "SELECT amplitude FROM spectra WHERE run = ?", key);
   if (!s.step()) return {};
   const auto blob = s.floats(0);
   return {blob.begin(), blob.end()};
 }
 
 std::vector<TracePoint> Results::trace(const std::string& key) const {
-  Statement s(database_, "SELECT angle, acceleration, position FROM traces WHERE run = ?");
-  s.bind(key);
+  Statement s(database_, "SELECT angle, acceleration, position FROM traces WHERE run = ?", key);
   if (!s.step()) return {};
   return unpacked({s.floats(0), s.floats(1), s.floats(2)});
 }
@@ -266,11 +211,8 @@ std::vector<double> Deriver::operator()(const RunRow& row) const {
 
 void Results::derive(const Study& study) {
   const Deriver derived(study);
-  std::string columns, marks = "?";
-  for (const auto& d : study.derived) {
-    columns += fmt::format(", \"{}\" REAL", d.name);
-    marks += ", ?";
-  }
+  std::string columns;
+  for (const auto& d : study.derived) columns += fmt::format(", \"{}\" REAL", d.name);
   Database::Transaction whole(database_);
   database_.execute("DROP VIEW IF EXISTS named");
   database_.execute("DROP TABLE IF EXISTS derived");
@@ -278,15 +220,7 @@ void Results::derive(const Study& study) {
       "CREATE TABLE derived (run TEXT PRIMARY KEY REFERENCES runs(run) ON DELETE CASCADE{}) WITHOUT ROWID",
       columns));
   database_.execute("CREATE VIEW " + view_of_named(database_));
-  const auto rows = runs();
-  {
-    Statement s(database_, fmt::format("INSERT INTO derived VALUES ({})", marks));
-    for (const auto& row : rows) {
-      s.bind(row.key);
-      for (const double x : derived(row)) s.bind(x);
-      s.again();
-    }
-  }
+  for (const auto& row : runs()) whole.insert("derived", row.key, Database::Columns{derived(row)});
   whole.commit();
 }
 

@@ -1,6 +1,6 @@
-// Results: the database of a sweep. results_form() defines its tables, run_store.hpp the list
-// of its runs. study/sweep/sweep.hpp stores runs; figures, tables and claims read them by runs()
-// and the functions for lists of one run. A Results object owns the open database.
+// Results: the database of a sweep, a RunStore with a WorkList (study/store/run_store.hpp).
+// study/sweep/sweep.hpp stores runs; figures, tables and claims read them by runs() and the
+// functions for lists of one run. A Results object owns the open database.
 #pragma once
 
 #include <map>
@@ -28,10 +28,6 @@ namespace freeplay {
 //                                                    of uniform samples, or all angles
 //
 // A blob contains single-precision numbers (IEEE 754 binary32), little-endian, without padding.
-
-/// Definitions for a study's axes and measures, without the views, and without the table `derived`,
-/// which depends on the derived columns.
-StoreForm results_form(const Study& study);
 
 /// A trace in the form of its blobs.
 struct PackedTrace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "io/files/output_file.hpp"
@@ -50,10 +51,8 @@ WorkList::WorkList(const Database& database, const FolderLock& lock, const std::
 }
 
 void WorkList::release_claims_of_ended_processes() {
-  const auto slots =
-      database_.rows("SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'",
-                     [](const Statement& s) { return s.whole(0); });
-  for (const long slot : slots)
+  for (const long slot : database_.list<long, long>(
+           "SELECT seat FROM sweeps UNION SELECT seat FROM work WHERE state = 'claimed'"))
     if (!lock_.taken(static_cast<int>(slot))) lost_ += release(slot);
 }
 
@@ -101,9 +100,7 @@ WorkList::~WorkList() {
 std::vector<std::string> WorkList::claim(int most) {
   Database::Transaction whole(database_);
   const auto open = [&] {
-    return database_.rows(
-        "SELECT run FROM work WHERE state = 'open' LIMIT ?", [](const Statement& s) { return s.text(0); },
-        static_cast<long>(most));
+    return database_.texts("SELECT run FROM work WHERE state = 'open' LIMIT ?", static_cast<long>(most));
   };
   auto runs = open();
   if (runs.empty()) {
@@ -128,19 +125,23 @@ bool WorkList::ended() const {
 RunStore::RunStore(const std::filesystem::path& file, Database::Access access, const StoreForm& form,
                    StopToken stop)
     : database_(file, access, stop) {
+  std::vector<std::string> definitions{fmt::format("CREATE TABLE runs ({})", form.columns)};
+  for (const auto& list : form.lists)
+    std::ranges::move(definitions_of(list), std::back_inserter(definitions));
+  if (form.divided) std::ranges::copy(WorkList::definitions, std::back_inserter(definitions));
   std::optional<Database::Transaction> whole;  // two processes may open a new file at the same time
   if (access == Database::Access::write) whole.emplace(database_);
   const auto there = database_.schema();
   if (there.empty() && whole) {
     database_.execute(fmt::format("PRAGMA user_version = {}", form.kind));
-    for (const auto& definition : form.definitions) database_.execute(definition);
+    for (const auto& definition : definitions) database_.execute(definition);
   } else {
     if (const auto kind = database_.kind(); kind != form.kind)
       throw OutputError(fmt::format(
           "{}: its runs were stored by {} version or another verb, in incompatible tables, and cannot be "
           "used: give another folder with -o, or move the file",
           file.string(), kind < form.kind ? "an earlier" : "a later"));
-    for (const auto& definition : form.definitions)
+    for (const auto& definition : definitions)
       if (std::ranges::find(there, definition, &SchemaObject::sql) == there.end())
         throw OutputError(fmt::format(
             "{}: contains another study, or one of another version; give another folder with -o, or remove "

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -88,8 +89,9 @@ class WorkList {
 /// references.
 struct StoreForm {
   long kind = 0;
-  /// SQL of tables, indexes and views, as schema() returns it.
-  std::vector<std::string> definitions;
+  std::string columns;  ///< of `runs`, in SQL
+  std::span<const ListOfRuns> lists;
+  bool divided = false;  ///< whether processes divide the runs by a WorkList
 };
 
 /// Base class of databases of runs. Owns the Database.
@@ -98,7 +100,7 @@ class RunStore {
   const Database& database() const { return database_; }
 
  protected:
-  /// Opens the file. Creates the definitions in an empty file that is opened for writing. Throws
+  /// Opens the file. Creates tables and indexes in an empty file that is opened for writing. Throws
   /// OutputError if the file has other definitions.
   RunStore(const std::filesystem::path& file, Database::Access access, const StoreForm& form, StopToken stop);
   ~RunStore() = default;

@@ -34,11 +34,8 @@ std::string without_marks(std::string text) {
   return text;
 }
 
-std::string first_text(const Database::Statement& row) { return row.text(0); }
-
 std::string text_of_table(const Database& database, const std::string& name) {
-  return fmt::format("CREATE TABLE {} ({})", name,
-                     fmt::join(database.rows(columns_of_table, first_text, name), ", "));
+  return fmt::format("CREATE TABLE {} ({})", name, fmt::join(database.texts(columns_of_table, name), ", "));
 }
 
 /// ", alias.column" for each column of a table except one.
@@ -52,13 +49,26 @@ std::string listed(const Database& database, const char* table, const char* alia
 }  // namespace
 
 std::vector<std::string> columns_of(const Database& database, const std::string& table) {
-  const auto texts =
-      database.rows("SELECT sql FROM sqlite_master WHERE type = 'table' AND name = ?", first_text, table);
+  const auto texts = database.texts("SELECT sql FROM sqlite_master WHERE type = 'table' AND name = ?", table);
   const auto text = texts.empty() ? std::string() : texts.front();
-  return database.rows(fmt::format("PRAGMA table_info({})", table), [&](const Database::Statement& row) {
+  std::vector<std::string> columns;
+  Database::Statement row(database, fmt::format("PRAGMA table_info({})", table));
+  while (row.step()) {
     const auto name = row.text(1), quoted = '"' + name + '"';
-    return text.find(quoted) == text.npos ? name : quoted;
-  });
+    columns.push_back(text.find(quoted) == text.npos ? name : quoted);
+  }
+  return columns;
+}
+
+std::vector<std::string> definitions_of(const ListOfRuns& list) {
+  const char* const reference = list.view ? "id" : "run";
+  const bool single = std::string_view(list.columns).find("BLOB") != std::string_view::npos;
+  std::vector<std::string> sql{fmt::format("CREATE TABLE {} ({} {}REFERENCES runs({}) ON DELETE CASCADE, {})",
+                                           list.table, list.view ? "id INTEGER" : "run TEXT",
+                                           single ? "PRIMARY KEY " : "", list.view ? id_of_run : "run",
+                                           list.columns)};
+  if (!single) sql.push_back(fmt::format("CREATE INDEX {0}_{1} ON {0}({1})", list.table, reference));
+  return sql;
 }
 
 std::string view_of(const Database& database, const ListOfRuns& list) {

@@ -28,19 +28,23 @@ bool is_own(const Database& database, const SchemaObject& object);
 /// Columns of a table in SQL: a name, or "a name"; none if there is no such table.
 std::vector<std::string> columns_of(const Database& database, const std::string& table);
 
-/// A list of each run: its table, which refers to the run by the integer `id`, the view that shows
-/// it with the key of the run, and its own columns.
+/// A list of each run: its table, and the columns of that besides the reference to the run. This is the key
+/// `run`; in a list with a view, the integer `id`, and the view shows the list with the key.
 struct ListOfRuns {
-  const char *table, *view, *columns;
+  const char *table, *columns, *view = nullptr;
 };
+/// SQL of the table of a list, and of its index.
+std::vector<std::string> definitions_of(const ListOfRuns& list);
+
+/// The lists of sweeps. A list of blobs has one row for each run.
 inline constexpr ListOfRuns lists_of_runs[] = {
-    {"turn_rows", "turns", "turn INTEGER, peak REAL"},
-    {"flight_rows", "flights", "loss REAL, angle REAL, duration REAL, deceleration REAL, contact TEXT"},
-    {"impact_rows", "impacts", "angle REAL, approach REAL, impulse REAL, contact TEXT"},
-    {"measure_rows", "measures", "measure TEXT, number INTEGER, t REAL, value REAL"},
-    {"cost_rows", "costs", "cpu_s REAL, steps INTEGER, right_hand_sides INTEGER, pivots INTEGER"},
-    {"spectrum_blobs", "spectra", "amplitude BLOB"},
-    {"trace_blobs", "traces", "angle BLOB, acceleration BLOB, position BLOB"}};
+    {"turn_rows", "turn INTEGER, peak REAL", "turns"},
+    {"flight_rows", "loss REAL, angle REAL, duration REAL, deceleration REAL, contact TEXT", "flights"},
+    {"impact_rows", "angle REAL, approach REAL, impulse REAL, contact TEXT", "impacts"},
+    {"measure_rows", "measure TEXT, number INTEGER, t REAL, value REAL", "measures"},
+    {"cost_rows", "cpu_s REAL, steps INTEGER, right_hand_sides INTEGER, pivots INTEGER", "costs"},
+    {"spectrum_blobs", "amplitude BLOB", "spectra"},
+    {"trace_blobs", "angle BLOB, acceleration BLOB, position BLOB", "traces"}};
 
 /// SQL of the view of a list, after CREATE VIEW, for a database with its table.
 std::string view_of(const Database& database, const ListOfRuns& list);

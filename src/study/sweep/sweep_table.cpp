@@ -311,9 +311,8 @@ namespace {
 
 /// The runs that the study names and that have a row in this view.
 std::vector<std::string> named_in(const Results& results, const char* view) {
-  return results.database().rows(
-      fmt::format("SELECT run FROM named WHERE run IN (SELECT run FROM {}) ORDER BY run", view),
-      [](const Database::Statement& row) { return row.text(0); });
+  return results.database().texts(
+      fmt::format("SELECT run FROM named WHERE run IN (SELECT run FROM {}) ORDER BY run", view));
 }
 
 }  // namespace
