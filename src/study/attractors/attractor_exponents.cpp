@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <utility>
 
 #include "facade/lyapunov.hpp"
@@ -87,18 +86,13 @@ void add_exponents(const Study& study, const AttractorPlan& plan, const std::vec
     }
   store.begin_exponents();
   const auto periods = static_cast<long>(plan.averaged());
-  std::mutex mutex;
   const auto one = [&](std::size_t i) {
     const auto& run = *list[i].members.front();
-    std::optional<AttractorExponent> exponent;
-    {
-      const std::lock_guard lock(mutex);
-      exponent = store.find_exponent(run.key, periods);
+    auto exponent = store.find_exponent(run.key, periods);
+    if (!exponent) {
+      exponent = exponent_of(study, plan, *list[i].link, run, stop);
+      store.store_exponent(run.key, periods, *exponent);
     }
-    const bool there = exponent.has_value();
-    if (!there) exponent = exponent_of(study, plan, *list[i].link, run, stop);
-    const std::lock_guard lock(mutex);
-    if (!there) store.store_exponent(run.key, periods, *exponent);
     for (auto* member : list[i].members) member->exponent = exponent;
   };
   execute_jobs(threads, list.size(), stop, one, [&](std::size_t done) {

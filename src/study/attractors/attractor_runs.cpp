@@ -40,6 +40,7 @@ AttractorStore::AttractorStore(const std::filesystem::path& file, StopToken stop
                stop) {}
 
 bool AttractorStore::find(const Expected& expected, SettledRun& run) const {
+  const auto alone = database_.alone();
   Statement s(database_, "SELECT failure, doubt, t_end FROM runs WHERE run = ?", run.key);
   if (!s.step()) return false;
   const auto require = [&](bool holds, const char* what) {
@@ -115,13 +116,16 @@ void AttractorStore::begin_exponents() {
 }
 
 std::optional<AttractorExponent> AttractorStore::find_exponent(const std::string& key, long periods) const {
+  const auto alone = database_.alone();
   const auto found = database_.list<AttractorExponent, double, double, std::string>(
       "SELECT value, error, reason FROM exponents WHERE run = ? AND periods = ?", key, periods);
   return found.empty() ? std::nullopt : std::optional(found.front());
 }
 
 void AttractorStore::store_exponent(const std::string& key, long periods, const AttractorExponent& e) {
-  database_.execute("INSERT INTO exponents VALUES (?, ?, ?, ?, ?)", key, periods, e.value, e.error, e.reason);
+  Database::Transaction whole(database_);
+  whole.insert("exponents", key, periods, e.value, e.error, e.reason);
+  whole.commit();
 }
 
 namespace {
@@ -267,12 +271,8 @@ class Settling {
       made.key = key_of(chain, link, *run);
       made.branch = chain.branch;
       made.values = link.values;
-      bool there = false;
-      {
-        const std::lock_guard lock(mutex_);
-        const auto& start = run->simulation().state();
-        there = store_.find({r_.columns, start.q.size(), start.z.size(), run->plan().until}, made);
-      }
+      const auto& start = run->simulation().state();
+      const bool there = store_.find({r_.columns, start.q.size(), start.z.size(), run->plan().until}, made);
       made.period = run->plan().period;
       made.drive_angles = run->angles_at_end;
       if (!there) {
@@ -297,15 +297,12 @@ class Settling {
     made.t = std::move(run.t);
     made.rows = std::move(run.rows);
     made.end = std::move(run.end);
-    {
-      const std::lock_guard lock(mutex_);
-      store_.store(made, r_.columns);
-      r_.in_lanes += one.in_lanes;
-    }
+    store_.store(made, r_.columns);
     hand_over(along, made, one);
     ++along.link;
     finish_one(made, r_.made);
     const std::lock_guard lock(mutex_);
+    r_.in_lanes += one.in_lanes;
     waiting_.push_front(std::move(along));
   }
 
@@ -339,7 +336,7 @@ class Settling {
   SectionRequest requested_;
   std::size_t total_ = 0, done_ = 0;
   SharedCompilation compilation_;
-  std::mutex mutex_;           // guards the store, the counts of the results, and the following
+  std::mutex mutex_;           // guards the counts of the results, and the following
   std::deque<Along> waiting_;  // chains, for their next runs: first those that have begun
 };
 

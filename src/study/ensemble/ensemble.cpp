@@ -384,6 +384,7 @@ EnsembleStore::EnsembleStore(const std::filesystem::path& file, Database::Access
                stop) {}
 
 bool EnsembleStore::find(StartOutcome& outcome) const {
+  const auto alone = database_.alone();
   Statement s(database_, "SELECT failure, steps, rows FROM runs WHERE run = ?", outcome.key);
   if (!s.step()) return false;
   outcome.failure = s.text(0);

@@ -431,7 +431,7 @@ std::vector<T> Database::Statement::numbers(int column) const {
 std::vector<float> Database::Statement::floats(int column) const { return numbers<float>(column); }
 std::vector<double> Database::Statement::doubles(int column) const { return numbers<double>(column); }
 
-Database::Transaction::Transaction(const Database& owner) : owner_(owner) {
+Database::Transaction::Transaction(const Database& owner) : owner_(owner), alone_(owner.alone()) {
   owner.execute("BEGIN IMMEDIATE");
 }
 Database::Transaction::~Transaction() {

@@ -17,13 +17,14 @@
 // The file is not changed before these checks have passed, except that SQLite rolls back an
 // unfinished transaction whose journal is beside the file.
 //
-// A Database owns its connection. One thread uses it at a time; several processes may write the
-// same file.
+// A Database owns its connection. Several processes may write the same file. One thread uses it at a
+// time: a Transaction excludes other threads, and threads that only read hold alone().
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -63,6 +64,8 @@ class Database {
   Database& operator=(const Database&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
+  /// Excludes other threads that call it, and their transactions. A thread holds one of both.
+  std::unique_lock<std::mutex> alone() const { return std::unique_lock(mutex_); }
   /// Executes one statement with these values.
   template <class... X>
   void execute(const std::string& sql, const X&... values) const {
@@ -189,6 +192,7 @@ class Database {
     long last_id() const;
 
     const Database& owner_;
+    std::unique_lock<std::mutex> alone_;
     bool open_ = true;
     std::map<std::pair<std::string, std::size_t>, Statement> insertions_;
   };
@@ -214,6 +218,7 @@ class Database {
   StopToken stop_;
   sqlite3* db_ = nullptr;
   mutable double began_ = 0;  // s, start of the present statement
+  mutable std::mutex mutex_;
 };
 
 }  // namespace freeplay

@@ -117,6 +117,7 @@ Results::Results(const std::filesystem::path& file, const Study& study, StopToke
 }
 
 void Results::store(std::span<const MadeRun> batch) {
+  if (batch.empty()) return;
   Database::Transaction whole(database_);
   Statement done(database_, WorkList::done);
   for (const auto& made : batch) {

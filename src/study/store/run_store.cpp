@@ -116,7 +116,10 @@ std::vector<std::string> WorkList::claim(int most) {
 std::size_t WorkList::marked_done() const { return count(database_, "work WHERE state = 'done'"); }
 
 // Uses the index of states; a condition on the list of runs would scan it.
-std::size_t WorkList::done_now() const { return found_ + marked_done() - marked_; }
+std::size_t WorkList::done_now() const {
+  const auto alone = database_.alone();
+  return found_ + marked_done() - marked_;
+}
 
 bool WorkList::ended() const {
   return database_.number_of("SELECT EXISTS (SELECT 1 FROM work WHERE state IN ('open', 'claimed'))") == 0;

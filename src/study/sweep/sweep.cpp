@@ -20,6 +20,7 @@
 #include <optional>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 
 #include "study/runs/executor.hpp"
 
@@ -177,7 +178,6 @@ class Sweep {
   std::optional<std::string> next() {
     const std::lock_guard lock(mutex_);
     if (claimed_.empty()) {
-      const std::lock_guard own(database_);
       const auto more = work_->claim(batch());
       claimed_.assign(more.begin(), more.end());
     }
@@ -202,27 +202,17 @@ class Sweep {
         stored_at_ = seconds();
       }
     }
-    store(due);
+    results_.store(due);
     report();
   }
 
-  void store_made() {
-    std::vector<MadeRun> due;
-    due.swap(made_);
-    store(due);
-  }
-  void store(const std::vector<MadeRun>& due) {
-    if (due.empty()) return;
-    const std::lock_guard own(database_);
-    results_.store(due);
-  }
+  void store_made() { results_.store(std::exchange(made_, {})); }
 
   void report() {
     if (!on_progress_) return;
     const std::lock_guard lock(mutex_);
     if (seconds() - counted_at_ >= count_seconds) {
       counted_at_ = seconds();
-      const std::lock_guard own(database_);
       done_ = std::max(done_, work_->done_now() + made_.size());
     }
     on_progress_({done_, summary_.total,
@@ -243,7 +233,6 @@ class Sweep {
   std::vector<MadeRun> made_;              // computed and not stored
   std::size_t done_ = 0;                   // by all processes, as far as known
   double stored_at_ = 0, counted_at_ = 0;  // s
-  std::mutex database_;                    // locked after mutex_, if both are
   Clock::time_point began_ = Clock::now();
 };
 
