@@ -67,8 +67,8 @@ Division divided(const Study& study, const AttractorPlan& plan, const Verb& verb
                 }
                 AttractorStore store(lock.folder() / fmt::format("{}.db", verb.name), how.stop);
                 auto runs = settle(study, plan, verb.name, chains, store, how.threads, how.stop,
-                                   [&](const ChainProgress& p) {
-                                     if (how.on_progress) how.on_progress(p.done * units.size() / p.total);
+                                   [&](std::size_t done, std::size_t total) {
+                                     if (how.on_progress) how.on_progress(done * units.size() / total);
                                    });
                 if (plan.exponents && !runs.interrupted)
                   add_exponents(study, plan, chains, verb.classified(runs), store, how.threads, how.stop, {},
@@ -100,9 +100,9 @@ int attractors(const StudyRequest& request, const Verb& verb) {
   AttractorStore store(folder / fmt::format("{}.db", verb.name), request.stop);
   Progress progress;
   const auto show = [&](const char* what) {
-    return [&progress, what](const ChainProgress& p) {
-      progress.show(fmt::format("{} of {} {}", p.done, p.total, what),
-                    static_cast<double>(p.done) / static_cast<double>(p.total));
+    return [&progress, what](std::size_t done, std::size_t total) {
+      progress.show(fmt::format("{} of {} {}", done, total, what),
+                    static_cast<double>(done) / static_cast<double>(total));
     };
   };
   const auto chains = verb.chains(study);

@@ -190,8 +190,9 @@ TEST_CASE("a bifurcation study that is stopped and resumed gives the same points
   for (int tries = 0; tries < 20 && found < 15; ++tries) {
     std::atomic<bool> stop{false};
     AttractorStore store(folder.path() / "parts.db", StopToken(stop));
-    const auto runs = settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 2,
-                             StopToken(stop), [&](const ChainProgress& p) { stop = p.done >= found + 3; });
+    const auto runs =
+        settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 2, StopToken(stop),
+               [&](std::size_t done, std::size_t) { stop = done >= found + 3; });
     found = runs.found + runs.made;
   }
   const auto again = run_bifurcation(study, folder.path() / "parts.db");

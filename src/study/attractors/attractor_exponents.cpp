@@ -67,7 +67,7 @@ AttractorExponent exponent_of(const Study& study, const AttractorPlan& plan, con
 
 void add_exponents(const Study& study, const AttractorPlan& plan, const std::vector<Chain>& chains,
                    const Classified& classified, AttractorStore& store, int threads, StopToken stop,
-                   const std::function<void(const ChainProgress&)>& on_progress, SettledRuns& runs) {
+                   const OnProgress& on_progress, SettledRuns& runs) {
   struct One {
     const ChainLink* link;
     std::vector<SettledRun*> members;  // of one attractor
@@ -95,9 +95,7 @@ void add_exponents(const Study& study, const AttractorPlan& plan, const std::vec
     }
     for (auto* member : list[i].members) member->exponent = exponent;
   };
-  execute_jobs(threads, list.size(), stop, one, [&](std::size_t done) {
-    if (on_progress) on_progress({done, list.size()});
-  });
+  execute_jobs(threads, list.size(), stop, one, on_progress);
   runs.interrupted = stop();
 }
 

@@ -8,7 +8,6 @@
 // exponents are not repeated.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "study/attractors/attractor_table.hpp"
@@ -19,6 +18,6 @@ namespace freeplay {
 /// `threads` threads (0: all cores). `on_progress` receives numbers of attractors. Throws SceneError.
 void add_exponents(const Study& study, const AttractorPlan& plan, const std::vector<Chain>& chains,
                    const Classified& classified, AttractorStore& store, int threads, StopToken stop,
-                   const std::function<void(const ChainProgress&)>& on_progress, SettledRuns& runs);
+                   const OnProgress& on_progress, SettledRuns& runs);
 
 }  // namespace freeplay

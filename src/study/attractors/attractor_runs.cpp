@@ -142,8 +142,7 @@ std::vector<double> drive_angles(const Scene& scene, double t) {
 class Settling {
  public:
   Settling(const Study& study, const AttractorPlan& plan, const std::vector<Chain>& chains,
-           AttractorStore& store, StopToken stop,
-           const std::function<void(const ChainProgress&)>& on_progress, SettledRuns& result)
+           AttractorStore& store, StopToken stop, const OnProgress& on_progress, SettledRuns& result)
       : study_(study),
         plan_(plan),
         chains_(chains),
@@ -315,7 +314,7 @@ class Settling {
     const std::lock_guard lock(mutex_);
     ++count;
     ++done_;
-    if (on_progress_) on_progress_({done_, total_});
+    if (on_progress_) on_progress_(done_, total_);
   }
 
   std::string key_of(const Chain& chain, const ChainLink& link, const Run& run) const {
@@ -331,7 +330,7 @@ class Settling {
   const std::vector<Chain>& chains_;
   AttractorStore& store_;
   StopToken stop_;
-  const std::function<void(const ChainProgress&)>& on_progress_;
+  const OnProgress& on_progress_;
   SettledRuns& r_;
   SectionRequest requested_;
   std::size_t total_ = 0, done_ = 0;
@@ -370,7 +369,7 @@ Scene scene_of(const Study& study, const AttractorPlan& plan, const ChainLink& l
 
 SettledRuns settle(const Study& study, const AttractorPlan& plan, const char* table,
                    const std::vector<Chain>& chains, AttractorStore& store, int threads, StopToken stop,
-                   const std::function<void(const ChainProgress&)>& on_progress) {
+                   const OnProgress& on_progress) {
   SettledRuns result;
   Settling settling(study, plan, chains, store, stop, on_progress, result);
   settling.check(table);

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -85,11 +84,6 @@ struct Chain {
   std::vector<ChainLink> links;
 };
 
-/// Progress of all chains, in runs.
-struct ChainProgress {
-  std::size_t done = 0, total = 0;
-};
-
 /// Results of all chains.
 struct SettledRuns {
   std::vector<std::vector<SettledRun>> chains;  ///< in the order of the request
@@ -105,7 +99,7 @@ struct SettledRuns {
 /// `threads` threads (0: all cores). Throws SceneError.
 SettledRuns settle(const Study& study, const AttractorPlan& plan, const char* table,
                    const std::vector<Chain>& chains, AttractorStore& store, int threads, StopToken stop,
-                   const std::function<void(const ChainProgress&)>& on_progress);
+                   const OnProgress& on_progress);
 
 /// End of a run, as start of another one.
 struct Handed {

@@ -156,7 +156,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
         results[i].ending = {Ending::Status::failed, e.what()};  // impossible with this clearance
       }
     };
-    execute_jobs(0, all.size(), conduct.stop, one, [&](std::size_t done) {
+    execute_jobs(0, all.size(), conduct.stop, one, [&](std::size_t done, std::size_t) {
       if (setup.on_progress)
         setup.on_progress(trial ? "other clearances" : "models",
                           static_cast<double>(done) / static_cast<double>(all.size()));

@@ -259,7 +259,7 @@ std::vector<LongRun> long_runs(const std::vector<Scene>& starts, const std::vect
     }
     runs[i].events.clear();
   };
-  execute_jobs(0, all, conduct.stop, one, [&](std::size_t done) {
+  execute_jobs(0, all, conduct.stop, one, [&](std::size_t done, std::size_t) {
     if (on_progress) on_progress(static_cast<double>(done) / static_cast<double>(all));
   });
   std::vector<LongRun> results(settings.size());

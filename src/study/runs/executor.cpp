@@ -143,8 +143,7 @@ void execute(int threads, std::size_t runs, const StopToken& stop, const NextRun
 }
 
 void execute_jobs(int threads, std::size_t jobs, const StopToken& stop,
-                  const std::function<void(std::size_t)>& job,
-                  const std::function<void(std::size_t)>& on_progress) {
+                  const std::function<void(std::size_t)>& job, const OnProgress& on_progress) {
   Threads arena(threads);
   std::mutex mutex;
   std::size_t done = 0;
@@ -153,7 +152,7 @@ void execute_jobs(int threads, std::size_t jobs, const StopToken& stop,
     job(i);
     const std::lock_guard lock(mutex);
     ++done;
-    if (on_progress) on_progress(done);
+    if (on_progress) on_progress(done, jobs);
   });
 }
 

@@ -58,11 +58,12 @@ void run_alone(StudyRun& run);
 /// After an error no run is begun either, and the error is thrown when the others have ended.
 void execute(int threads, std::size_t runs, const StopToken& stop, const NextRun& next, const RunEnded& done);
 
+/// Gets the number of runs or jobs that are done, of all, from one thread at a time; may be empty.
+using OnProgress = std::function<void(std::size_t done, std::size_t total)>;
+
 /// Calls job(0) … job(jobs − 1) on `threads` threads (0: all cores) until a stop request, which may also
-/// interrupt a job. After each job, calls `on_progress` with the number of jobs done, by one thread at a
-/// time.
+/// interrupt a job. Reports the progress after each job.
 void execute_jobs(int threads, std::size_t jobs, const StopToken& stop,
-                  const std::function<void(std::size_t)>& job,
-                  const std::function<void(std::size_t)>& on_progress = {});
+                  const std::function<void(std::size_t)>& job, const OnProgress& on_progress = {});
 
 }  // namespace freeplay
