@@ -1,6 +1,7 @@
 // Ensembles: each start equals its single run, and bands are the quantiles of the runs.
 #include "study/ensemble/ensemble.hpp"
 #include "dynamics/system.hpp"
+#include "io/files/output_file.hpp"
 #include "io/scene/read_scene.hpp"
 #include "simulation/trajectory.hpp"
 #include "study/partition/divided.hpp"
@@ -139,4 +140,18 @@ TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any num
   CHECK(divided_ensemble(*scene, larger, {}).subject != study.subject);
   larger.seed = 2;
   CHECK(run_key(identity(*scene, larger), 3) != key);
+}
+
+TEST_CASE("a start with another key than its unit in the plan is not stored", "[study][ensemble][shards]") {
+  const auto scene = rig();
+  const EnsemblePlan plan{.starts = 2, .rows = 2, .threads = 1};
+  const auto study = divided_ensemble(*scene, plan, {"scene.toml"});
+  const test::TemporaryFolder folder;
+  make_plan(study, folder.path(), 1);
+  const auto file = shards_folder(folder.path()) / "units.txt";
+  auto units = test::file_text(file);
+  units[0] = units[0] == '0' ? '1' : '0';
+  write_file(file, units);
+  CHECK_THROWS_WITH(make_shard(study, folder.path(), {.scratch = folder.path() / "scratch", .threads = 1}),
+                    Contains("differs from the planned one"));
 }
