@@ -39,12 +39,10 @@ class Merging {
     Database::Transaction whole(db_);
     // Runs of a shard in the order of their digests, after the runs already present.
     if (numbered_) {
-      Statement greatest(db_, "SELECT coalesce(max(\"run id\"), 0) FROM runs");
-      greatest.step();
       shard.execute("CREATE TEMP TABLE map (old INTEGER PRIMARY KEY, new INTEGER)");
       shard.execute(fmt::format(
           "INSERT INTO temp.map SELECT \"run id\", {} + row_number() OVER (ORDER BY run) FROM runs",
-          greatest.whole(0)));
+          db_.number_of("SELECT coalesce(max(\"run id\"), 0) FROM runs")));
     }
     for (const auto& t : tables_)
       if (t.called == "runs" && numbered_)

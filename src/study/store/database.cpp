@@ -169,11 +169,6 @@ void Database::refuse(const std::string& why) const {
   throw OutputError(what + ", or give another folder with -o");
 }
 
-long Database::number_of(const std::string& sql) const {
-  Statement s(*this, sql);
-  return s.step() ? s.whole(0) : 0;
-}
-
 int Database::wait(void* self, int tries) {
   if (static_cast<Database*>(self)->stop_() || tries * between_tries > patience) return 0;
   std::this_thread::sleep_for(between_tries);
@@ -300,9 +295,8 @@ std::vector<SchemaObject> Database::schema() const {
 long Database::kind() const { return number_of("PRAGMA user_version"); }
 
 void Database::require_own() {
-  const auto answer = [this](const char* query) {
-    Statement s(*this, query);
-    return s.step() ? s.text(0) : std::string();
+  const auto answers = [this](const char* query, const char* text) {
+    return texts(query) == std::vector<std::string>{text};
   };
   const auto objects = schema();
   for (const bool views : {false, true})  // a view is composed of the columns of tables
@@ -310,8 +304,8 @@ void Database::require_own() {
       if ((object.type == "view") == views && !is_own(*this, object))
         refuse(fmt::format("it defines the {} {}, which freeplay never creates; remove it",
                            visible_brief(object.type, 12), visible_brief(object.name, 60)));
-  if (answer("PRAGMA encoding") != "UTF-8") refuse("its texts are not UTF-8; repeat its runs");
-  if (answer("PRAGMA quick_check(1)") != "ok") fail(SQLITE_CORRUPT);
+  if (!answers("PRAGMA encoding", "UTF-8")) refuse("its texts are not UTF-8; repeat its runs");
+  if (!answers("PRAGMA quick_check(1)", "ok")) fail(SQLITE_CORRUPT);
 }
 
 void Database::prepare_for_writing() {
@@ -439,13 +433,11 @@ Database::Transaction::~Transaction() {
   if (open_) sqlite3_exec(owner_.db_, "ROLLBACK", nullptr, nullptr, nullptr);
 }
 Database::Statement& Database::Transaction::insertion(const std::string& table, std::size_t columns) {
-  const std::pair key(table, columns);
-  if (const auto found = insertions_.find(key); found != insertions_.end()) return found->second;
-  return insertions_
-      .try_emplace(key, owner_,
-                   fmt::format("INSERT OR REPLACE INTO {} VALUES ({})", table,
-                               fmt::join(std::vector(columns, '?'), ", ")))
-      .first->second;
+  auto& statement = insertions_[{table, columns}];
+  if (!statement)
+    statement.emplace(owner_, fmt::format("INSERT OR REPLACE INTO {} VALUES ({})", table,
+                                          fmt::join(std::vector(columns, '?'), ", ")));
+  return *statement;
 }
 long Database::Transaction::last_id() const { return sqlite3_last_insert_rowid(owner_.db_); }
 void Database::Transaction::commit() {

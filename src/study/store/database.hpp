@@ -25,6 +25,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -86,8 +87,8 @@ class Database {
   std::vector<std::string> texts(const std::string& sql, const auto&... values) const {
     return list<std::string, std::string>(sql, values...);
   }
-  /// The number in the first row of a query; 0 without one.
-  long number_of(const std::string& sql) const;
+  /// The number that is the answer to a query.
+  long number_of(const std::string& sql) const { return list<long, long>(sql).at(0); }
   /// Its tables, indexes and views, in the order of their creation. Each is_own().
   std::vector<SchemaObject> schema() const;
   /// SQLite's user_version, which states the kind of database.
@@ -194,7 +195,7 @@ class Database {
     const Database& owner_;
     std::unique_lock<std::mutex> alone_;
     bool open_ = true;
-    std::map<std::pair<std::string, std::size_t>, Statement> insertions_;
+    std::map<std::pair<std::string, std::size_t>, std::optional<Statement>> insertions_;
   };
 
  private:
