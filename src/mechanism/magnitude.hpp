@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "mechanism/keys.hpp"
+
 namespace freeplay {
 
 struct Magnitude {
@@ -80,6 +82,11 @@ constexpr const Magnitude* magnitude_of(std::string_view unit) {
     if (m.unit == unit) return &m;
   return nullptr;
 }
+
+/// Why a number is outside the bounds, for messages; empty if it is inside. `bounds` may be null.
+std::string beyond_bounds(const Magnitude* bounds, double x, bool greater_than_zero);
+/// Why a number is not finite, not in its range or outside the bounds; empty if it is valid.
+std::string wrong_number(double x, const Range& range, const Magnitude* bounds);
 
 /// The row of docs/reference/scene.md.
 std::string row_of(const Magnitude& m);

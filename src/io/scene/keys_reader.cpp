@@ -5,32 +5,12 @@
 
 #include "io/scene/points_file.hpp"
 #include "io/scene/quantity.hpp"
-#include "io/scene/spelling.hpp"
 #include "io/scene/toml_text.hpp"
 
 namespace freeplay {
-namespace {
-
-template <class Range, class Name>
-int index_of(const Range& range, const std::string& name, Name name_of_item) {
-  const auto it = std::ranges::find_if(range, [&](const auto& item) { return name_of_item(item) == name; });
-  return it == std::end(range) ? -1 : static_cast<int>(it - std::begin(range));
-}
-const auto own_name = [](const auto& item) { return item.name; };
-
-/// Message "there is no WHAT "NAME"" with the list of known names.
-template <class Range, class Name>
-std::string unknown(const std::string& what, const std::string& name, const Range& range, Name name_of_item,
-                    std::vector<std::string> names = {}) {
-  for (const auto& item : range) names.push_back(name_of_item(item));
-  return fmt::format("there is no {} {}{}", what, toml_quoted(name),
-                     meant(name, names, "there is:", Beside::list));
-}
-
-}  // namespace
 
 void KeysReader::one_of(const Key& a, const Key& b) const {
-  const auto wrong = fmt::format("needs exactly one of {} and {}", a.name, b.name);
+  const auto wrong = exactly_one(a, b);
   if (!s_.has(a.name) && !s_.has(b.name)) s_.lacks("", wrong);
   if (s_.has(a.name) && s_.has(b.name)) s_.fail("", wrong);
 }
@@ -50,10 +30,7 @@ void KeysReader::pairs(const Key& key, TorqueDrive::Table& table) {
   } else {
     for (const auto& p : s_.points(key)) table.emplace_back(p.x(), p.y());
   }
-  for (std::size_t i = 1; i < table.size(); ++i)
-    if (!(table[i].first > table[i - 1].first))
-      s_.fail(key.name, fmt::format("must increase in its first column; {} follows {}", table[i].first,
-                                    table[i - 1].first));
+  increasing(key.name, table);
 }
 
 void KeysReader::places(const Key& list, const Key& grid, const Key& origin, const Key& spacing,
@@ -91,27 +68,12 @@ void KeysReader::places(const Key& list, const Key& grid, const Key& origin, con
 void KeysReader::way(const Key& key, std::vector<Vec2>& points) {
   if (!s_.has(key.name)) return;
   points = s_.points(key);
-  if (points.size() < 2) s_.fail(key.name, fmt::format("must be at least two points, is {}", points.size()));
-  for (std::size_t i = 1; i < points.size(); ++i)
-    if (!((points[i] - points[i - 1]).norm() > 0))
-      s_.fail(key.name, fmt::format("points {} and {} are equal and define no wall", i, i + 1));
+  wall(key.name, points);
 }
 
 void KeysReader::groups(const Key& key, std::vector<int>& list) {
   if (!s_.has(key.name)) return;
-  for (const auto& name : s_.name_or_names(key.name)) {
-    const int group = index_of(mechanism_.groups, name, own_name);
-    if (group < 0) s_.fail(key.name, unknown("group above it called", name, mechanism_.groups, own_name));
-    if (std::ranges::find(list, group) != list.end())
-      s_.fail(key.name, fmt::format("names {} twice", toml_quoted(name)));
-    list.push_back(group);
-  }
-}
-
-void KeysReader::bounded(std::string_view key, std::size_t points) const {
-  // Keeps a canonical text well below the size limit of a scene.
-  constexpr std::size_t most = 100'000;
-  if (points > most) s_.fail(key, fmt::format("must have at most {} points, has {}", most, points));
+  for (const auto& name : s_.name_or_names(key.name)) touch(key.name, mechanism_.groups, name, list);
 }
 
 void KeysReader::samples(const Key& points, const Key& file, const Key& columns, Curve::Points& list) {
@@ -127,20 +89,12 @@ void KeysReader::samples(const Key& points, const Key& file, const Key& columns,
     list = read_points(s_.named_text(file.name), names,
                        [&](const std::string& wrong) { s_.fail(file.name, wrong); });
   }
-  if (list.size() < 2) s_.fail(given.name, fmt::format("must have at least two points, has {}", list.size()));
-  bounded(given.name, list.size());
-  for (std::size_t i = 1; i < list.size(); ++i)
-    if (!(list[i].first > list[i - 1].first))
-      s_.fail(given.name,
-              fmt::format("must increase in x; {:.9g} follows {:.9g}", list[i].first, list[i - 1].first));
+  sampled(given.name, list);
 }
 
 void KeysReader::curve(const Key& key, int& curve, Curve::Use use) {
-  const auto name = s_.text(key.name);
-  curve = index_of(mechanism_.curves, name, own_name);
-  if (curve < 0) s_.fail(key.name, unknown("curve", name, mechanism_.curves, own_name));
-  if (const auto why = mechanism_.curves[static_cast<std::size_t>(curve)].refusal(use); !why.empty())
-    s_.fail(key.name, fmt::format("the curve {} {}", toml_quoted(name), why));
+  curve = named(key.name, "curve", mechanism_.curves, s_.text(key.name));
+  usable(key.name, curve, use);
   named_.push_back({std::string(key.name), curve,
                     !key.unit.empty()          ? key.unit
                     : use == Curve::Use::place ? (slides_ ? "m" : "rad")
@@ -179,7 +133,7 @@ void KeysReader::settle() const {
 void KeysReader::number_or_curve(const Key& key, CurveOr& x, const Range& range, Curve::Use use) {
   const auto names_one = [&](const std::string& text) {
     return text.find(' ') == std::string::npos &&
-           (!begins_with_number(text) || index_of(mechanism_.curves, text, own_name) >= 0);
+           (!begins_with_number(text) || index_of(mechanism_.curves, text) >= 0);
   };
   if (!s_.has(key.name) || (s_.is_text(key.name) && names_one(s_.text(key.name))))
     return curve(key, x.curve, use);
@@ -218,17 +172,14 @@ void KeysReader::length(const Key& turns, const Key& seconds, double& duration) 
 }
 
 int KeysReader::body_index(std::string_view key, const std::string& name) const {
-  if (name == "ground") return ground;
-  const int i = index_of(mechanism_.bodies, name, own_name);
-  if (i < 0) s_.fail(key, unknown("body", name, mechanism_.bodies, own_name, {"ground"}));
-  return i;
+  return name == "ground" ? ground : named(key, "body", mechanism_.bodies, name, {"ground"});
 }
 
 void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
   const auto names = s_.names("between");
   if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
   pair = {body_index("between", names[0]), body_index("between", names[1])};
-  if (pair[0] == pair[1]) s_.fail("between", fmt::format("joins \"{}\" to itself", names[0]));
+  differ(pair);
   pair_ = pair;
 }
 
@@ -239,14 +190,9 @@ Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& 
                              toml_quoted(name), toml_quoted(name)));
   const auto& points =
       body == ground ? fixed_.points : mechanism_.bodies[static_cast<std::size_t>(body)].points;
-  const auto found = std::ranges::find(points, name, &NamedPoint::name);
-  if (found == points.end())
-    s_.fail(key,
-            unknown("point of " + (body == ground
-                                       ? "the ground"
-                                       : "bodies." + mechanism_.bodies[static_cast<std::size_t>(body)].name),
-                    name, points, own_name));
-  return found->at;
+  const auto where =
+      body == ground ? "the ground" : "bodies." + mechanism_.bodies[static_cast<std::size_t>(body)].name;
+  return points[static_cast<std::size_t>(named(key, "point of " + where, points, name))].at;
 }
 
 void KeysReader::point_of(const Key& key, int body, Vec2& at) {
@@ -283,36 +229,13 @@ void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
 
 void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
   if (!s_.has(key.name)) return;
-  const auto its_name = [](const Joint& j) { return name_of(j); };
-  const auto joint = [&](const std::string& name) { return index_of(mechanism_.joints, name, its_name); };
-  for (const auto& text : s_.names(key.name)) {
-    // Names may contain "-", so try all divisions of the text into three names.
-    std::vector<JointAngle> found;
-    for (auto a = text.find('-'); a != text.npos; a = text.find('-', a + 1))
-      for (auto b = text.find('-', a + 1); b != text.npos; b = text.find('-', b + 1)) {
-        const JointAngle angle{
-            {joint(text.substr(0, a)), joint(text.substr(a + 1, b - a - 1)), joint(text.substr(b + 1))}};
-        const auto [A, B, C] = angle.joints;
-        if (A >= 0 && B >= 0 && C >= 0 && A != B && B != C) found.push_back(angle);
-      }
-    if (found.size() == 1) {
-      list.push_back(found.front());
-      continue;
-    }
-    std::vector<std::string> names;
-    for (const auto& j : mechanism_.joints) names.push_back(name_of(j));
-    s_.fail(key.name, found.empty()
-                          ? fmt::format("{} is not an angle A-B-C at joint B between joints A and C{}",
-                                        toml_quoted(text), listed("joints are", names))
-                          : fmt::format("{} is ambiguous ({} readings); give the joints names without -",
-                                        toml_quoted(text), found.size()));
-  }
+  for (const auto& text : s_.names(key.name)) list.push_back(angle(key.name, text));
 }
 
 void KeysReader::axis(std::string_view, Vec2& axis) {
   axis = {1, 0};
   take({"axis", "", ""}, axis);
-  if (!(axis.norm() > 0)) s_.fail("axis", "must not be zero");
+  not_zero(axis);
   // Normalising a unit vector again may change it by a rounding. Keep the vector that to_toml()
   // writes.
   if (std::abs(axis.squared_norm() - 1) > 1e-15) axis = axis.direction();
@@ -320,47 +243,34 @@ void KeysReader::axis(std::string_view, Vec2& axis) {
 
 void KeysReader::radii(const Key& key, std::array<double, 2>& radii) {
   const Vec2 both = s_.point(key);
-  if (!(both.x() > 0 && both.y() > 0)) s_.fail(key.name, "must be two positive lengths");
+  two_lengths(key.name, both.x(), both.y());
   radii = {both.x(), both.y()};
 }
 
 void KeysReader::body(const Key& key, int& body) {
   body = body_index(key.name, s_.text(key.name));
-  if (body == ground) s_.fail(key.name, "must be a moving body, is the ground");
+  moving_body(key.name, body);
 }
 
 const Surface* KeysReader::surface(const Key& key, int& surface) {
-  const auto name = s_.text(key.name);
-  surface = index_of(mechanism_.surfaces, name, own_name);
-  if (surface < 0) s_.fail(key.name, unknown("surface", name, mechanism_.surfaces, own_name));
+  surface = named(key.name, "surface", mechanism_.surfaces, s_.text(key.name));
   return &mechanism_.surfaces[static_cast<std::size_t>(surface)];
 }
 
 void KeysReader::lubricant(const Key& key, int& lubricant, double clearance,
                            const std::optional<double>& bearing_length) {
   if (!s_.has(key.name)) return;
-  const auto name = s_.text(key.name);
-  lubricant = index_of(mechanism_.lubricants, name, own_name);
-  if (lubricant < 0) s_.fail(key.name, unknown("lubricant", name, mechanism_.lubricants, own_name));
-  if (!bearing_length) s_.fail("bearing_length", "is missing: the film force of a lubricant needs it");
-  const auto& oil = mechanism_.lubricants[static_cast<std::size_t>(lubricant)];
-  if (oil.hand_over && *oil.hand_over >= clearance)
-    s_.fail(key.name, "its hand_over must be less than the clearance of the joint");
+  lubricant = named(key.name, "lubricant", mechanism_.lubricants, s_.text(key.name));
+  film(key.name, lubricant, clearance, bearing_length);
 }
 
 void KeysReader::drive(const Key& key, std::string& drive) {
   drive = s_.text(key.name);
-  const auto its_name = [](const Drive& d) { return name_of(d); };
-  if (index_of(mechanism_.drives, drive, its_name) < 0)
-    s_.fail(key.name, unknown("drive", drive, mechanism_.drives, its_name));
+  known_drive(key.name, drive);
 }
 
 int KeysReader::joint_index(const Key& key) {
-  const auto name = s_.text(key.name);
-  const auto its_name = [](const Joint& j) { return name_of(j); };
-  const int joint = index_of(mechanism_.joints, name, its_name);
-  if (joint < 0) s_.fail(key.name, unknown("joint", name, mechanism_.joints, its_name));
-  return joint;
+  return named(key.name, "joint", mechanism_.joints, s_.text(key.name));
 }
 
 void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair) {
@@ -372,11 +282,7 @@ void KeysReader::moving_joint(const Key& key, int& joint) {
   joint = joint_index(key);
   const auto& found = mechanism_.joints[static_cast<std::size_t>(joint)];
   slides_ = std::holds_alternative<TranslationalJoint>(found);
-  if (!std::holds_alternative<RevoluteJoint>(found) && !std::holds_alternative<TranslationalJoint>(found))
-    s_.fail(key.name,
-            fmt::format("must be a revolute or translational joint, {} is a {} joint",
-                        toml_quoted(name_of(found)),
-                        std::visit([](const auto& j) { return std::decay_t<decltype(j)>::type; }, found)));
+  moving(key.name, found);
 }
 
 void KeysReader::joint_place(const Key& key, double& place, int joint) {

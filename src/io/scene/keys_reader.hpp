@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "dynamics/argument.hpp"
+#include "io/scene/key_rules.hpp"
 #include "io/scene/section.hpp"
 #include "mechanism/ground.hpp"
 #include "mechanism/mechanism.hpp"
@@ -24,11 +25,11 @@
 namespace freeplay {
 
 /// Visitor of the `keys()` functions of a scene that reads one section.
-class KeysReader : public SectionReader {
+class KeysReader : public SectionReader, private KeyRules {
  public:
   /// `fixed`: the ground, whose named points elements may use.
   KeysReader(Section& section, const Mechanism& mechanism, const Ground& fixed)
-      : SectionReader(section), mechanism_(mechanism), fixed_(fixed) {}
+      : SectionReader(section), KeyRules(mechanism), fixed_(fixed) {}
 
   using SectionReader::choose;
   void choose(const Key& key, Argument& x) {
@@ -114,23 +115,13 @@ class KeysReader : public SectionReader {
   template <class J>
   const J* joint(const Key& key, int& joint) {
     joint = joint_index(key);
-    const auto* found = std::get_if<J>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
-    if (!found)
-      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", J::type,
-                                    name_of(mechanism_.joints[static_cast<std::size_t>(joint)])));
-    return found;
+    return &std::get<J>(of_kind<J>(key.name, joint));
   }
   /// A joint of one of these kinds.
   template <class... Kinds>
   const Joint* joint_of(const Key& key, int& joint) {
     joint = joint_index(key);
-    const auto* found = &mechanism_.joints[static_cast<std::size_t>(joint)];
-    if (!(std::holds_alternative<Kinds>(*found) || ...)) {
-      std::string list;
-      ((list += fmt::format("{}{}", list.empty() ? "" : " or ", Kinds::type)), ...);
-      s_.fail(key.name, fmt::format("must be a {} joint, \"{}\" is not", list, name_of(*found)));
-    }
-    return found;
+    return &of_kind<Kinds...>(key.name, joint);
   }
   /// A value that, if its key is absent, follows from the positions of the bodies after all joints
   /// are read (read_scene.cpp).
@@ -158,12 +149,14 @@ class KeysReader : public SectionReader {
   void unread(std::string_view key, bool laid_aside, std::string_view by, std::string_view chosen,
               std::string_view belongs) const;
   void one_of(const Key& a, const Key& b) const;
-  void bounded(std::string_view key, std::size_t points) const;
   int body_index(std::string_view key, const std::string& name) const;
   int joint_index(const Key& key);
   Vec2 named_point(std::string_view key, int body, const std::string& name) const;
 
-  const Mechanism& mechanism_;
+  [[noreturn]] void fail(std::string_view key, const std::string& message) const override {
+    s_.fail(key, message);
+  }
+
   const Ground& fixed_;
   double unit_ = 1;                          // s, unit of times given in turns
   std::array<int, 2> pair_{ground, ground};  // bodies of the element's ends

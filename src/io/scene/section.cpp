@@ -43,23 +43,14 @@ std::string_view kind_of(const toml::node& node) {
   return "nothing";
 }
 
-/// Message about a number outside the plausible range of its unit; empty if it is inside.
-std::string beyond_bounds(const Magnitude& bounds, double x, bool greater_than_zero) {
-  const bool small = greater_than_zero && x < bounds.least;
-  if (!small && std::abs(x) <= bounds.greatest) return {};
-  return fmt::format("must be at {} {:.9g}{}{}, is {} ({})", small ? "least" : "most",
-                     small ? bounds.least : bounds.greatest, bounds.unit.empty() ? "" : " ", bounds.unit, x,
-                     bounds.why);
-}
+}  // namespace
 
-/// Names are used in headers of result files and in dotted keys.
 bool is_plain_name(std::string_view name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
 }
 
-/// Reason why a name is invalid; empty if it is valid.
 std::string wrong_name(std::string_view name) {
   if (!is_plain_name(name)) return "a name must be made of letters, digits, _ and -";
   if (name.size() > longest_name)
@@ -67,7 +58,12 @@ std::string wrong_name(std::string_view name) {
   return "";
 }
 
-}  // namespace
+std::string unknown_word(std::string_view word, const std::vector<std::string>& words) {
+  std::vector<std::string> quoted;
+  for (const auto& choice : words) quoted.push_back(toml_quoted(choice));
+  return fmt::format("{} is unknown{}", toml_quoted(word),
+                     meant(toml_quoted(word), quoted, "one of", Beside::list));
+}
 
 void SceneSource::fail(const toml::node* node, const std::string& path, const std::string& message) const {
   for (std::string key = path;;) {
@@ -163,28 +159,15 @@ double Section::to_number(const toml::node& node, const Requested& key, Range ra
   } else if (!node.is_number() || !value) {
     source_->fail(&node, full(key.name), fmt::format("must be a number, is {}", kind_of(node)));
   }
-  if (!std::isfinite(*value))
-    source_->fail(&node, full(key.name), fmt::format("must be finite, is {}", *value));
-  if (!range.holds(*value))
-    source_->fail(&node, full(key.name), fmt::format("must be {}, is {}", range.text, *value));
-  require_sense(node, key, *value, !range.holds(0));
+  const auto* row = row_of(key.name);
+  const auto* bounds = row ? magnitude_of(row->unit) : key.unit ? magnitude_of(*key.unit) : nullptr;
+  if (const auto wrong = wrong_number(*value, range, bounds); !wrong.empty())
+    source_->fail(&node, full(key.name), wrong);
   return *value;
 }
 
-/// Refuses a number outside the plausible range of its unit.
-void Section::require_sense(const toml::node& node, const Requested& key, double x,
-                            bool greater_than_zero) const {
-  const auto* row = row_of(key.name);
-  const auto* bounds = row ? magnitude_of(row->unit) : key.unit ? magnitude_of(*key.unit) : nullptr;
-  if (!bounds) return;
-  if (const auto wrong = beyond_bounds(*bounds, x, greater_than_zero); !wrong.empty())
-    source_->fail(&node, full(key.name), wrong);
-}
-
 void Section::require_sense(std::string_view key, std::string_view unit, double x) const {
-  const auto* bounds = magnitude_of(unit);
-  if (!bounds) return;
-  if (const auto wrong = beyond_bounds(*bounds, x, true); !wrong.empty()) fail(key, wrong);
+  if (const auto wrong = beyond_bounds(magnitude_of(unit), x, true); !wrong.empty()) fail(key, wrong);
 }
 
 double Section::number(const Requested& key, Range range) { return to_number(require(key.name), key, range); }
@@ -348,12 +331,7 @@ std::vector<std::pair<std::string, std::string>> Section::texts(std::string_view
 int Section::choice(std::string_view key, const std::vector<std::string>& choices) {
   const auto value = text(key);
   const auto it = std::ranges::find(choices, value);
-  if (it == choices.end()) {
-    std::vector<std::string> words;
-    for (const auto& choice : choices) words.push_back(toml_quoted(choice));
-    fail(key, fmt::format("{} is unknown{}", toml_quoted(value),
-                          meant(toml_quoted(value), words, "one of", Beside::list)));
-  }
+  if (it == choices.end()) fail(key, unknown_word(value, choices));
   return static_cast<int>(it - choices.begin());
 }
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <concepts>
 #include <filesystem>
 #include <functional>
@@ -37,6 +38,13 @@ namespace freeplay {
 toml::table parse_toml(const std::string& text, const std::string& name);
 /// Reads a whole file. Throws SceneError.
 std::string read_text(const std::filesystem::path& file);
+
+/// Names are used in headers of result files and in dotted keys.
+bool is_plain_name(std::string_view name);
+/// Reason why a name is invalid; empty if it is valid.
+std::string wrong_name(std::string_view name);
+/// Message about a word that is not one of `words`.
+std::string unknown_word(std::string_view word, const std::vector<std::string>& words);
 
 /// Origin of a parsed document: its name in messages, and the values set by options of the command
 /// line.
@@ -151,7 +159,6 @@ class Section {
   const toml::node& require(std::string_view key);
   /// `column`: index of the unit in that of a point, such as "s, N m".
   double to_number(const toml::node& node, const Requested& key, Range range, int column = 0) const;
-  void require_sense(const toml::node& node, const Requested& key, double x, bool greater_than_zero) const;
   Vec2 to_point(const toml::node& node, const Requested& key) const;
   std::string full(std::string_view key) const;
   /// Its row of the schema, or nullptr.
@@ -170,12 +177,24 @@ class Section {
 // Use: derive a reader that adds the verbs of its document, as KeysReader does for scenes and
 // StudyReader for studies. A reader refers to the section; it does not own it.
 
-/// The words of an enumeration, in the order of its values.
-template <class E>
-std::vector<std::string> words() {
+/// The words of an enumeration whose values satisfy `fits`, in the order of its values.
+template <class E, class Fits = bool (*)(E)>
+std::vector<std::string> words(Fits fits = [](E) { return true; }) {
   std::vector<std::string> list;
-  for (const auto& choice : choices(E{})) list.emplace_back(choice.text);
+  for (const auto& choice : choices(E{}))
+    if (fits(choice.value)) list.emplace_back(choice.text);
   return list;
+}
+
+/// The message of a check in keys(), from its pieces.
+std::string joined_pieces(const auto&... pieces) {
+  const auto shown = [](const auto& piece) {
+    if constexpr (std::is_arithmetic_v<std::decay_t<decltype(piece)>>)
+      return fmt::format("{:.6g}", piece);
+    else
+      return std::string(piece);
+  };
+  return (shown(pieces) + ...);
 }
 
 /// Visitor of the `keys()` functions that reads one section.
@@ -233,14 +252,9 @@ class SectionReader {
   template <class E, class Fits>
   void choose_some(const Key& key, std::optional<E>& x, Fits fits) {
     if (!s_.has(key.name)) return;
-    std::vector<E> values;
-    std::vector<std::string> texts;
-    for (const auto& choice : choices(E{}))
-      if (fits(choice.value)) {
-        values.push_back(choice.value);
-        texts.emplace_back(choice.text);
-      }
-    x = values[static_cast<std::size_t>(s_.choice(key.name, texts))];
+    const auto texts = words<E>(fits);
+    const auto& text = texts[static_cast<std::size_t>(s_.choice(key.name, texts))];
+    x = std::ranges::find(choices(E{}), text, &Choice<E>::text)->value;
   }
 
   /// Keys of a part that exists if the key `name` is given.
@@ -260,15 +274,11 @@ class SectionReader {
   }
   bool when_given(std::string_view name) const { return s_.has(name); }
   void check(bool holds, std::string_view name, const auto&... pieces) const {
-    if (!holds) s_.fail(name, (piece(pieces) + ...));
+    if (!holds) s_.fail(name, joined_pieces(pieces...));
   }
 
  protected:
   Section& s_;
-
- private:
-  static std::string piece(double x) { return fmt::format("{:.6g}", x); }
-  static std::string piece(const char* text) { return text; }
 };
 
 }  // namespace freeplay
