@@ -11,103 +11,58 @@
 #include <variant>
 #include <vector>
 
-#include "dynamics/instruments.hpp"
+#include "io/scene/scene_visitor.hpp"
+#include "io/scene/section.hpp"
 #include "io/scene/toml_text.hpp"
-#include "mechanism/scene.hpp"
 #include "values/family.hpp"
 
 namespace freeplay {
 namespace {
 
 /// A name as a TOML key, without quotes if TOML permits.
-std::string as_key(const std::string& name) {
-  const bool bare = !name.empty() && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-  return bare ? name : toml_quoted(name);
-}
+std::string as_key(const std::string& name) { return is_plain_name(name) ? name : toml_quoted(name); }
 
 std::string shown(Vec2 p) { return toml_numbers({p.x(), p.y()}); }
 
 /// KeysWriter: the visitor that writes the canonical text of facts and options
 /// (mechanism/keys.hpp). Keys without effect are omitted.
-class KeysWriter {
+class KeysWriter : public SceneVisitor<KeysWriter> {
  public:
   explicit KeysWriter(const Mechanism& mechanism) : mechanism_(mechanism) {}
-  std::string take() { return std::move(out_); }
+  std::string written() { return std::move(out_); }
 
-  void open(std::string_view table) {
+  bool open(std::string_view table) {
     path_ = table;
     out_ += fmt::format("{}[{}]\n", out_.empty() ? "" : "\n", path_);
+    return true;
   }
   void open(std::string_view table, const std::string& name) {
     open(fmt::format("{}.{}", table, as_key(name)));
   }
+  void type(std::string_view word) { text("type", word); }
 
   void raw(std::string_view key, std::string_view value) { out_ += fmt::format("{} = {}\n", key, value); }
   void text(std::string_view key, std::string_view value) { raw(key, toml_quoted(value)); }
 
-  template <class X, class... Range>
-  void need(const Key& key, const X& x, const Range&...) {
-    put(key.name, x);
-  }
-  template <class X, class... Range>
-  void take(const Key& key, const X& x, const Range&...) {
-    put(key.name, x);
-  }
+  void need(const Key& key, const auto& x, const auto&...) { put(key.name, x); }
   template <class E>
-  void choose(const Key& key, E x) {
-    const auto& row = at(choices(E{}), static_cast<int>(x), key.name);
-    text(key.name, row.text);
-  }
-  template <class E>
-  void choose(const Key& key, const std::optional<E>& x) {
-    if (x) choose(key, *x);
+  void word(const Key& key, E x) {
+    text(key.name, at(choices(E{}), static_cast<int>(x), key.name).text);
   }
   void number_or(std::string_view word, const Key& key, const std::optional<double>& x, const Range&) {
     x ? put(key.name, *x) : text(key.name, word);
-  }
-  /// Written only if true, so that older scenes keep their canonical text.
-  void flag(const Key& key, bool x) {
-    if (x) put(key.name, x);
-  }
-  template <class E>
-  void choose_other(const Key& key, E x) {
-    if (static_cast<int>(x) != 0) choose(key, x);
-  }
-  template <class E>
-  void choose_listed(const Key& key, E x) {
-    choose(key, x);
   }
   template <class E, class Fits>
   void choose_some(const Key& key, const std::optional<E>& x, Fits) {
     if (x) choose(key, *x);
   }
-  template <class G>
-  const G* group(std::string_view, const std::optional<G>& x) const {
-    return x ? &*x : nullptr;
-  }
-  bool when(bool holds) const { return holds; }
-  bool when(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
-  /// A key that no choice in force reads is omitted.
-  template <class O>
-  bool own(std::string_view name, const O& o) const {
-    return own_key(o, name).read(o, name);
-  }
-  bool when_given(std::string_view) const { return true; }
-  template <class... Pieces>
-  void check(bool, std::string_view, const Pieces&...) const {}
+  void check(bool, std::string_view, const auto&...) const {}
 
-  template <class Number>
-  void either(const Key&, const Range&, double (*)(double), const Key& own, const Range&, const Number& x) {
+  void either(const Key&, const Range&, double (*)(double), const Key& own, const Range&, const auto& x) {
     put(own.name, x);
   }
-  void table(const Key&, const Key& points, const TorqueDrive::Table& table) { pairs(points, table); }
   void pairs(const Key& key, const TorqueDrive::Table& table) {
-    if (table.empty()) return;
-    std::string list;
-    for (const auto& [x, y] : table) list += (list.empty() ? "" : ", ") + shown(Vec2{x, y});
-    raw(key.name, fmt::format("[{}]", list));
+    if (!table.empty()) samples(key, {}, {}, table);
   }
   void samples(const Key& points, const Key&, const Key&, const Curve::Points& list) {
     std::string all;
@@ -128,30 +83,10 @@ class KeysWriter {
       names += (names.empty() ? "" : ", ") + toml_quoted(at(mechanism_.groups, g, key.name).name);
     if (!list.empty()) raw(key.name, fmt::format("[{}]", names));
   }
-  void maybe_surface(const Key& key, const std::optional<int>& index) {
-    if (index) surface(key, *index);
-  }
   void curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
     text(key.name, at(mechanism_.curves, index, key.name).name);
   }
-  void maybe_curve(const Key& key, int index, Curve::Use = Curve::Use::value) {
-    if (index >= 0) curve(key, index);
-  }
-  void moving_joint(const Key& key, int index) { joint<RevoluteJoint>(key, index); }
-  void maybe_joint(const Key& key, int index) {
-    if (index >= 0) joint<RevoluteJoint>(key, index);
-  }
-  template <class J>
-  void maybe_joint_of(const Key& key, int index) {
-    if (index >= 0) joint<J>(key, index);
-  }
-  void joint_place(const Key& key, double place, int) { put(key.name, place); }
-  void number_or_curve(const Key& key, const CurveOr& x, const Range& = any_number,
-                       Curve::Use = Curve::Use::value) {
-    x.curve < 0 ? put(key.name, x.constant) : curve(key, x.curve);
-  }
-  void length(const Key&, const Key& seconds, double x) { put(seconds.name, x); }
-  void part_of_length(const Key& key, double x) { put(key.name, x); }
+  void moving_joint(const Key& key, int index) { joint_of<>(key, index); }
 
   void between(std::string_view, const std::array<int, 2>& pair) {
     raw("between", fmt::format("[{}, {}]", toml_quoted(body_name(pair[0], "between")),
@@ -160,16 +95,11 @@ class KeysWriter {
   void ends(std::string_view, const std::array<Vec2, 2>& points) {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));
   }
-  void points(const Key&, std::string_view, const std::vector<NamedPoint>&) const {
-  }  // written where they are used
-  void point_of(const Key& key, int, const Vec2& at) { put(key.name, at); }
   void angles(const Key& key, const std::vector<JointAngle>& list) {
     std::string names;
     for (const auto& angle : list) {
-      std::string name;
-      for (const int j : angle.joints)
-        name += (name.empty() ? "" : "-") + name_of(at(mechanism_.joints, j, key.name));
-      names += (names.empty() ? "" : ", ") + toml_quoted(name);
+      for (const int j : angle.joints) at(mechanism_.joints, j, key.name);
+      names += (names.empty() ? "" : ", ") + toml_quoted(spelt(mechanism_, angle));
     }
     if (!list.empty()) raw(key.name, fmt::format("[{}]", names));
   }
@@ -184,30 +114,15 @@ class KeysWriter {
     if (index >= 0) text(key.name, at(mechanism_.lubricants, index, key.name).name);
   }
   void drive(const Key& key, const std::string& name) { text(key.name, name); }
-  template <class J>
-  const J* joint(const Key& key, int index) {
-    text(key.name, name_of(at(mechanism_.joints, index, key.name)));
-    return nullptr;
-  }
   template <class... Kinds>
   const Joint* joint_of(const Key& key, int index) {
     const auto& joint = at(mechanism_.joints, index, key.name);
     text(key.name, name_of(joint));
     return &joint;
   }
-  void from_bodies(const Key& key, const std::optional<double>& x) { put(key.name, x); }
-  /// The joint by its index, or by its bodies if code gave only those.
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) {
-    const auto& joints = mechanism_.joints;
-    if (index < 0) {
-      const auto found = std::ranges::find(joints, pair, [](const Joint& j) { return bodies_of(j); });
-      if (found == joints.end())
-        throw SceneError("", fmt::format("{}.{}", path_, key.name), "no joint connects the two bodies");
-      index = static_cast<int>(found - joints.begin());
-    }
-    text(key.name, name_of(at(joints, index, key.name)));
+    text(key.name, name_of(joint_at(mechanism_.joints, index, pair, key.name)));
   }
-  void joint_angle(const Key& key, double angle, int) { put(key.name, angle); }
 
  private:
   void put(std::string_view key, double x) { raw(key, toml_number(x)); }
@@ -220,72 +135,22 @@ class KeysWriter {
   void put(std::string_view key, const std::optional<X>& x) {
     if (x) put(key, *x);
   }
-  template <class List>
-  const typename List::value_type& at(const List& list, int index, std::string_view key) const {
-    if (index < 0 || index >= static_cast<int>(list.size()))
-      throw SceneError("", fmt::format("{}.{}", path_, key),
-                       fmt::format("index {} is out of range; there are {}", index, list.size()));
-    return list[static_cast<std::size_t>(index)];
-  }
   std::string body_name(int index, std::string_view key) const {
     return index == ground ? "ground" : at(mechanism_.bodies, index, key).name;
   }
 
   const Mechanism& mechanism_;
-  std::string path_, out_;
+  std::string out_;
 };
 
 }  // namespace
 
 std::string to_toml(const Scene& scene) {
-  const auto& m = scene.mechanism;
-  KeysWriter t(m);
+  KeysWriter t(scene.mechanism);
   t.raw("format", fmt::format("{}", newest_format));
-  t.text("title", m.title);
-  t.need({"gravity", "", ""}, m.gravity);
-  const auto write = [&](const char* table, const auto& x) {
-    using X = std::decay_t<decltype(x)>;
-    t.open(table, x.name);
-    if constexpr (requires { X::type; }) t.text("type", X::type);
-    X::keys(t, x);
-  };
-  const auto facts = [&](const char* table, const auto& list) {
-    for (const auto& x : list) write(table, x);
-  };
-  const auto elements = [&](const char* table, const auto& list) {
-    for (const auto& element : list) std::visit([&](const auto& x) { write(table, x); }, element);
-  };
-  const auto options = [&](const char* table, const auto& o) {
-    t.open(table);
-    std::decay_t<decltype(o)>::keys(t, o);
-  };
-  for (const auto& body : m.bodies)
-    if (!body.of_group) write("bodies", body);
-  facts("surfaces", m.surfaces);
-  facts("lubricants", m.lubricants);
-  facts("curves", m.curves);
-  elements("joints", m.joints);
-  elements("contacts", m.contacts);
-  facts("groups", m.groups);
-  elements("drives", m.drives);
-  elements("loads", m.loads);
-  if (m.assembly.asks()) options("assembly", m.assembly);
-  options("run", scene.run);
-  options("penalty", scene.penalty);
-  // Omit a scheme that is the default choice: equal runs have equal texts.
-  auto nonsmooth = scene.nonsmooth;
-  nonsmooth.scheme = {};
-  // Only the Moreau–Jean scheme reads the step.
-  if (scene.nonsmooth.scheme_in_force() != Scheme::moreau_jean) nonsmooth.step = {};
-  if (nonsmooth.scheme_in_force() != scene.nonsmooth.scheme_in_force())
-    nonsmooth.scheme = scene.nonsmooth.scheme;
-  options("nonsmooth", nonsmooth);
-  for (const auto& i : scene.instruments) {
-    t.open("instruments", i.name);
-    t.choose({"type", "", ""}, i.kind);
-    with_kind(i.kind, [&](auto kind) { kind.keys(t, i); });
-  }
-  return t.take();
+  t.text("title", scene.mechanism.title);
+  each_section(t, scene);
+  return t.written();
 }
 
 bool same_facts(const Scene& a, const Scene& b) { return to_toml(a) == to_toml(b); }
