@@ -20,6 +20,7 @@
 #include "formulations/time_stepping/lanes.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/identity.hpp"
+#include "io/scene/check_scene.hpp"
 #include "io/scene/write_scene.hpp"
 #include "mechanism/outside.hpp"
 #include "mechanism/scene.hpp"
@@ -33,18 +34,9 @@
 namespace freeplay {
 namespace {
 
-/// Applies the checks of the scene reader to a scene built in code; invalid indices would otherwise
-/// be dereferenced. The duration is not checked: RunRequest::until may replace it.
+/// Applies the rules of scenes to one built in code; invalid indices would otherwise be dereferenced.
 Scene checked(Scene scene) {
-  auto facts = scene;
-  facts.run = {};
-  facts.run.duration = 1;
-  try {
-    parse_scene(to_toml(facts), "");
-  } catch (const SceneError& e) {
-    // without a position in a text that the caller did not write
-    throw ModelError(e.key, e.message);
-  }
+  check_scene(scene);
   return scene;
 }
 

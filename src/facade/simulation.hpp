@@ -54,7 +54,7 @@ struct SimulationOptions {
   CompiledStructures* structures = nullptr;
   /// Whether the caller guarantees that the scene satisfies the rules of parse_scene(): it has been read,
   /// and only start, drives' initial angles or run were changed since. Otherwise the constructor
-  /// applies the rules, which costs about as much as reading the scene.
+  /// applies the rules to the facts in memory.
   bool checked = false;
 };
 

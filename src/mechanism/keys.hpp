@@ -3,8 +3,8 @@
 //     static void keys(auto& k, auto& x);
 //
 // which names every key once. The visitor k is the reader (it fills x), the writer of the canonical
-// text (x is const) or the list of all keys, from which docs/reference/scene.md and the check for
-// unknown keys are made. k offers
+// text or the check of facts in code (x is const), or the list of all keys, from which
+// docs/reference/scene.md and the check for unknown keys are made. k offers
 //
 //     need(Key, value, Range)     a required key; value: number, Vec2, text, whole number
 //     take(Key, value, Range)     an optional key; without it, value keeps its default

@@ -30,6 +30,16 @@ std::filesystem::path source_folder() {
   return folder;
 }
 
+std::vector<std::filesystem::path> all_scenes() {
+  std::vector<std::filesystem::path> list;
+  for (const auto* folder : {"cases", "verification/scenes", "src/cli/templates"})
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(source_folder() / folder))
+      if (entry.path().extension() == ".toml" &&
+          file_text(entry.path()).find("[bodies.") != std::string::npos)
+        list.push_back(entry.path());
+  return list;
+}
+
 Result simulate(const Scene& scene, Family family) {
   return run_scene(scene, {.formulation = name_of(family), .most_events = 1'000'000});
 }

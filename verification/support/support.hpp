@@ -31,6 +31,8 @@ inline std::filesystem::path scene_file(const std::string& name) {
 inline std::filesystem::path published(const std::string& name) {
   return source_folder() / "cases/published" / name / "scene.toml";
 }
+/// All scenes of the source folder. Studies, in the same folders, have no bodies.
+std::vector<std::filesystem::path> all_scenes();
 
 /// One run in memory.
 using freeplay::name_of;

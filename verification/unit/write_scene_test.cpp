@@ -33,17 +33,6 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-/// Studies are in the same folders as the scenes; they have no bodies.
-std::vector<std::filesystem::path> all_scenes() {
-  std::vector<std::filesystem::path> list;
-  for (const auto* folder : {"cases", "verification/scenes"})
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_folder() / folder))
-      if (entry.path().extension() == ".toml" &&
-          test::file_text(entry.path()).find("[bodies.") != std::string::npos)
-        list.push_back(entry.path());
-  return list;
-}
-
 SpeedDrive& first_drive(Scene& scene) { return std::get<SpeedDrive>(scene.mechanism.drives.at(0)); }
 
 std::string refusal(Scene& scene, const std::string& key, const std::string& value) {
@@ -54,7 +43,7 @@ std::string refusal(Scene& scene, const std::string& key, const std::string& val
 
 TEST_CASE("every scene is read back from its canonical text", "[scene]") {
   int scenes = 0;
-  for (const auto& file : all_scenes()) {
+  for (const auto& file : test::all_scenes()) {
     CAPTURE(file.string());
     const auto scene = read_scene(file);
     ++scenes;

@@ -63,44 +63,13 @@ V read_element(const std::string& name, const Scope& scope, Section& s) {
 
 /// Reads the groups; their discs follow the other bodies.
 void read_groups(Section& root, Mechanism& m) {
-  const auto own = m.bodies.size();
   for (auto& [name, s] : root.children("groups")) {
     Group group;
     group.name = name;
     read_keys(s, m, group);
     group.first = static_cast<int>(m.bodies.size());
-    for (std::size_t b = 0; b < m.bodies.size(); ++b)
-      for (int n = 0; b < own && n < group.size(); ++n)
-        if (m.bodies[b].name == group.body_name(n + 1))
-          s.fail("", fmt::format("its disc {} has the same name as bodies.{}", n + 1, m.bodies[b].name));
     for (int n = 0; n < group.size(); ++n) m.bodies.push_back(group.body(n));
     m.groups.push_back(std::move(group));
-  }
-}
-
-/// A controller shares its joint with no prescribed motion and no other controller.
-void refuse_second_control(const Mechanism& m, const Section& s) {
-  struct Driven {
-    int joint;
-    bool controlled, prescribed;
-  };
-  const auto driven = [](const Drive& drive) {
-    return std::visit(
-        []<class D>(const D& d) -> Driven {
-          return {d.joint, std::is_base_of_v<ControlLaw, D>,
-                  std::is_same_v<D, SpeedDrive> || std::is_same_v<D, MotionDrive>};
-        },
-        drive);
-  };
-  const auto last = driven(m.drives.back());
-  for (std::size_t k = 0; k + 1 < m.drives.size(); ++k) {
-    const auto other = driven(m.drives[k]);
-    if (other.joint != last.joint) continue;
-    if ((last.controlled && (other.controlled || other.prescribed)) || (other.controlled && last.prescribed))
-      s.fail("joint",
-             fmt::format("\"{}\" is driven by drives.{} already; a controller shares its joint with no "
-                         "prescribed motion and no other controller",
-                         name_of(m.joints[static_cast<std::size_t>(last.joint)]), name_of(m.drives[k])));
   }
 }
 
@@ -128,36 +97,12 @@ Mechanism read_mechanism(Section& root) {
   facts("bodies", m.bodies);
   facts("surfaces", m.surfaces);
   read_groups(root, m);
-  if (m.bodies.empty())
-    root.fail("bodies", "the scene needs at least one body: [bodies.NAME] with mass and inertia");
+  if (m.bodies.empty()) root.fail("bodies", no_bodies);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);
-  for (auto& [name, s] : root.children("contacts")) {
-    for (const auto& joint : m.joints)
-      if (name_of(joint) == name)
-        s.fail("", "a joint has the same name, so events would be ambiguous; rename one");
-    m.contacts.push_back(read_element<Contact>(name, scope, s));
-  }
-  const std::string* crank = nullptr;
-  for (auto& [name, s] : root.children("drives")) {
-    m.drives.push_back(read_element<Drive>(name, scope, s));
-    refuse_second_control(m, s);
-    const bool counts = std::visit(
-        [](const auto& d) {
-          if constexpr (requires { d.crank; }) return d.crank;
-          return false;
-        },
-        m.drives.back());
-    if (!counts) continue;
-    if (const auto* motion = std::get_if<MotionDrive>(&m.drives.back()); motion && motion->slides(m))
-      s.fail("crank",
-             "needs a revolute joint, whose revolutions are counted; a translational joint has no "
-             "angle");
-    if (crank)
-      s.fail("crank", fmt::format("drives.{} already counts the revolutions; only one drive may", *crank));
-    crank = &name;
-  }
+  elements("contacts", m.contacts);
+  elements("drives", m.drives);
   elements("loads", m.loads);
   auto assembly = root.child("assembly");
   read_keys(assembly, m, m.assembly);

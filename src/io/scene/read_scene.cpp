@@ -6,7 +6,7 @@
 
 #include "dynamics/assembly/meshing.hpp"
 #include "dynamics/instruments.hpp"
-#include "dynamics/point_bodies.hpp"
+#include "io/scene/check_scene.hpp"
 #include "io/scene/keys_reader.hpp"
 #include "io/scene/read_mechanism.hpp"
 #include "io/scene/scene_text.hpp"
@@ -61,10 +61,6 @@ Instrument read_instrument(const Mechanism& mechanism, double duration, const st
     kind.keys(reader, i);
     reader.check(i.sampling * duration <= most_samples, "sampling", "must be at most ",
                  most_samples / duration, " Hz, for a run of ", duration, " s: ", most_samples, " samples");
-    if (i.kind == Instrument::Kind::encoder)
-      for (const int body : i.pair)
-        reader.check(body == ground || !mechanism.bodies[static_cast<std::size_t>(body)].point, "joint",
-                     "has no angle, since one of its bodies is a point body");
     s.done(std::string(kind.what));
   });
   return i;
@@ -99,10 +95,13 @@ Scene SceneText::read() const {
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
   root.done("a scene");
-  located_in(scene, [&] {
-    check_point_bodies(scene.mechanism);
+  try {
+    check_elements_together(scene);
     set_phases(scene.mechanism);
-  });
+  } catch (const ModelError& e) {
+    if (e.key.empty()) throw located(scene, e);
+    fail(e.key, e.message);
+  }
   scene.idle = source.idle;
   scene.files = source.files;
   return scene;

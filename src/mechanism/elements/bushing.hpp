@@ -45,7 +45,8 @@ struct Bushing {
             l.radial.table);
     if (k.when(l.radial.table.empty(), {"stiffness"}, "cannot be combined with radial_table"))
       k.take({"stiffness", "N/m", "rates along the axis and across it, ≥ 0"}, l.stiffness);
-    k.check(l.stiffness.x() >= 0 && l.stiffness.y() >= 0, "stiffness", "must be two rates of 0 or greater");
+    k.check(!l.radial.table.empty() || (l.stiffness.x() >= 0 && l.stiffness.y() >= 0), "stiffness",
+            "must be two rates of 0 or greater");
     k.take({"damping", "N s/m", "along the axis and across it, ≥ 0"}, l.damping);
     k.check(l.damping.x() >= 0 && l.damping.y() >= 0, "damping", "must be two rates of 0 or greater");
     k.take({"torsional_stiffness", "N m/rad", "rate of the relative angle, ≥ 0"}, l.turn_stiffness,

@@ -64,7 +64,7 @@ struct ForceDrive {
       k.choose({"against", "", "argument of the curve: "}, d.against);
     OtherJoint::keys(k, d.other, d.against, d.force.curve >= 0);
     k.check(
-        d.against != Argument::angle || d.other.of >= 0, "against",
+        d.force.curve < 0 || d.against != Argument::angle || d.other.of >= 0, "against",
         "a translational joint has a position, no angle; `of` names a revolute joint whose angle is meant");
   }
   double greatest_effort(const auto& mechanism) const { return force.lay(mechanism.curves).greatest().value; }

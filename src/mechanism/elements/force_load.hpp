@@ -46,7 +46,7 @@ struct ForceLoad {
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
       k.choose({"against", "", "argument of the factor: "}, l.against);
     OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
-    k.check(l.axes == Axes::world || l.against != Argument::position, "against",
+    k.check(l.factor < 0 || l.axes == Axes::world || l.against != Argument::position, "against",
             "a force in the body's own directions has no direction in the world to take a position along");
     k.check(l.factor < 0 || !l.force.is_zero(), "force", "must not be zero where a factor scales it");
   }

@@ -42,11 +42,12 @@ struct MotionDrive {
     if (k.when(d.position >= 0, {"of"}, "goes with position"))
       k.maybe_joint({"of", "", "revolute joint whose angle (rad) the position follows; if absent: time"},
                     d.of);
-    k.check(d.of < 0 || d.of != d.joint, "of", "is the driven joint itself");
+    k.check(d.position < 0 || d.of < 0 || d.of != d.joint, "of", "is the driven joint itself");
     if (k.when(d.velocity >= 0, {"initial"}, "goes with velocity"))
       k.joint_place(
           {"initial", "rad or m", "angle or place at t = 0; default: that of the bodies", "from the bodies"},
           d.initial, d.joint);
+    k.check((d.position < 0) != (d.velocity < 0), "", "needs exactly one of position and velocity");
     k.take({"crank", "", "its joint's angle is the crank angle even if it is not the first drive"}, d.crank);
   }
 

@@ -58,8 +58,8 @@ struct SpringLaw {
     k.check(through_zero, damping_key, "must have the point [0, 0]: a damper at rest has no force");
     k.check(resists, damping_key, "must dissipate: the force must have the sign of the speed");
     if (!one_way) return;
-    k.check(cubic.value_or(0) >= 0, "cubic", "must be 0 or greater where one_way is set, is ",
-            cubic.value_or(0));
+    k.check(!table.empty() || cubic.value_or(0) >= 0, "cubic",
+            "must be 0 or greater where one_way is set, is ", cubic.value_or(0));
     k.check(stiffness > 0 || cubic.value_or(0) > 0 || !table.empty(), "one_way",
             "needs a stiffness, cubic or table that acts one way; there is none");
   }

@@ -46,6 +46,7 @@ struct TorqueDrive {
         {"torque", "N m", "constant torque on the second body, its opposite on the first"},
         {"torque_table", "s or rad, N m", "tabulated torque: [[t or angle, torque], ...], linear between"},
         d.table);
+    k.check(!d.table.empty(), "", "needs exactly one of torque and torque_table");
     if (k.when_given("torque_table")) k.choose({"against", "", "torque_table: "}, d.against);
     k.check(d.against == Against::time || span(d.table) <= turn * (1 + 1e-9), "torque_table",
             "against an angle must span at most one turn, spans ", span(d.table), " rad");

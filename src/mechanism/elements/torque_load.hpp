@@ -32,7 +32,7 @@ struct TorqueLoad {
     k.maybe_curve({"factor", "", "name of a curve that scales it; if absent: constant"}, l.factor);
     if (k.when(l.factor >= 0, {"against"}, "goes with factor"))
       k.choose({"against", "", "argument of the factor: "}, l.against);
-    k.check(l.against != Argument::position, "against", "a torque has an angle, no position");
+    k.check(l.factor < 0 || l.against != Argument::position, "against", "a torque has an angle, no position");
     OtherJoint::keys(k, l.other, l.against, l.factor >= 0);
   }
 };
