@@ -142,7 +142,7 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
   }
 
  private:
-  [[noreturn]] void fail(std::string_view key, const std::string& message) const override {
+  void refuse(std::string_view key, const std::string& message) const override {
     const char* dot = path_.empty() || key.empty() ? "" : ".";
     throw ModelError(fmt::format("{}{}{}", path_, dot, key), message);
   }

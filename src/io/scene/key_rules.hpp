@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdlib>
 #include <optional>
 #include <span>
 #include <string>
@@ -34,7 +35,11 @@ class KeyRules {
   ~KeyRules() = default;
 
   /// Throws the error about a key; "" for the table.
-  [[noreturn]] virtual void fail(std::string_view key, const std::string& message) const = 0;
+  virtual void refuse(std::string_view key, const std::string& message) const = 0;
+  [[noreturn]] void fail(std::string_view key, const std::string& message) const {
+    refuse(key, message);
+    std::abort();  // compilers do not rely on overriding functions that never return
+  }
 
   /// Index of the element with this name, or −1.
   template <class List>

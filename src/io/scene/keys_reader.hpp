@@ -153,9 +153,7 @@ class KeysReader : public SectionReader, private KeyRules {
   int joint_index(const Key& key);
   Vec2 named_point(std::string_view key, int body, const std::string& name) const;
 
-  [[noreturn]] void fail(std::string_view key, const std::string& message) const override {
-    s_.fail(key, message);
-  }
+  void refuse(std::string_view key, const std::string& message) const override { s_.fail(key, message); }
 
   const Ground& fixed_;
   double unit_ = 1;                          // s, unit of times given in turns

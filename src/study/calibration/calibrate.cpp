@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "numerics/quantiles.hpp"
 #include "study/calibration/agreement.hpp"
 
 namespace freeplay {
@@ -140,7 +138,7 @@ void widen(Fit& fit, const Misfit& misfit, const Evidence& evidence, const std::
 /// predict runs, they cannot reject a fit alone.
 bool no_run_meets(const Fit& fit, const Misfit& misfit, const Evidence& evidence) {
   const auto points = evidence.points();
-  const double most = boost::math::quantile(boost::math::chi_squared(fit.degrees), 0.99);
+  const double most = chi_squared_quantile(fit.degrees, 0.99);
   for (int p = 0; p < evidence.tried(); ++p)
     if (const auto own = evidence.own(p);
         own && misfit.at(points.row(p).transpose(), fit.used, &*own).squares <= most)
@@ -198,8 +196,8 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
   double mean = 0, squares = 0;
   for (double x : outcomes) mean += std::log(x) / n;
   for (double x : outcomes) squares += std::pow(std::log(x) - mean, 2);
-  const double normal = boost::math::quantile(boost::math::normal(), 0.995);
-  const double one = n > 1 ? boost::math::quantile(boost::math::students_t(n - 1), 0.995) *
+  const double normal = normal_quantile(0.995);
+  const double one = n > 1 ? student_quantile(n - 1, 0.995) *
                                  std::sqrt((stretches.share(squares / (n - 1)) + 1 / n) * squares / (n - 1))
                            : normal * surface_error;
   // For a single start, `one` contains it.

@@ -2,14 +2,12 @@
 // problems of few unknowns.
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <functional>
 #include <random>
 #include <stdexcept>
 
+#include "numerics/quantiles.hpp"
 #include "study/calibration/calibrate.hpp"
 
 namespace freeplay {
@@ -87,7 +85,7 @@ class Minimiser {
 class Normal {
  public:
   double uniform() { return (static_cast<double>(generator_() >> 11) + 0.5) * 0x1p-53; }
-  double operator()() { return boost::math::quantile(boost::math::normal(), uniform()); }
+  double operator()() { return normal_quantile(uniform()); }
 
  private:
   std::mt19937_64 generator_{1};
@@ -256,8 +254,7 @@ class Profile {
 
 /// t_ν(0.975).
 double student(double freedom) {
-  return freedom < 1e6 ? boost::math::quantile(boost::math::students_t(std::max(freedom, 1.0)), 0.975)
-                       : boost::math::quantile(boost::math::normal(), 0.975);
+  return freedom < 1e6 ? student_quantile(std::max(freedom, 1.0), 0.975) : normal_quantile(0.975);
 }
 
 /// Covariance by Laplace's approximation, (JᵀV⁻¹J + w)⁻¹.
@@ -325,7 +322,7 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
   found.squares = at.squares;
   found.objective = at.squares + Misfit::pull * best.xi.squaredNorm();
   found.degrees = std::max(1, static_cast<int>(std::ranges::count(used, true)) - static_cast<int>(n));
-  found.rejected = found.squares > boost::math::quantile(boost::math::chi_squared(found.degrees), 0.99);
+  found.rejected = found.squares > chi_squared_quantile(found.degrees, 0.99);
 
   const auto covariance = laplace(misfit, best.xi, used);
   const Vector scale = covariance.diagonal().cwiseSqrt().cwiseInverse();

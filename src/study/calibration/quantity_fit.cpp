@@ -7,8 +7,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/normal.hpp>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -19,6 +17,7 @@
 #include "io/scene/read_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
+#include "numerics/quantiles.hpp"
 
 namespace freeplay {
 namespace {
@@ -378,11 +377,10 @@ QuantityFit fit_from(Vector xi, Problem problem) {
   fit.squares = found.value();
   fit.degrees = static_cast<int>(found.r.size() - xi.size());
   const auto degrees = std::max(fit.degrees, 1);
-  fit.rejected =
-      !found.finite || fit.squares > boost::math::quantile(boost::math::chi_squared(degrees), 0.99);
+  fit.rejected = !found.finite || fit.squares > chi_squared_quantile(degrees, 0.99);
   const Vector sd = covariance.diagonal().cwiseSqrt();
   fit.correlation = sd.cwiseInverse().asDiagonal() * covariance * sd.cwiseInverse().asDiagonal();
-  const double wide = boost::math::quantile(boost::math::normal(), 0.975);
+  const double wide = normal_quantile(0.975);
   for (Index j = 0; j < xi.size(); ++j) {
     const auto& u = c.unknowns[static_cast<std::size_t>(j)];
     const double low = xi[j] - wide * sd[j], high = xi[j] + wide * sd[j];

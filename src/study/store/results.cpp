@@ -1,11 +1,11 @@
 #include "study/store/results.hpp"
 
 #include <fmt/format.h>
-#include <boost/math/distributions/students_t.hpp>
 
 #include <algorithm>
 #include <cmath>
 
+#include "numerics/quantiles.hpp"
 #include "study/store/schema.hpp"
 #include "values/warning.hpp"
 
@@ -249,7 +249,7 @@ Interval interval(const std::vector<double>& values) {
   double squares = 0;
   for (double x : values)
     if (std::isfinite(x)) squares += (x - s.mean) * (x - s.mean);
-  const double t = boost::math::quantile(boost::math::students_t(s.count - 1), 0.975);
+  const double t = student_quantile(s.count - 1, 0.975);
   const double half = t * std::sqrt(squares / (s.count - 1) / s.count);
   s.low = s.mean - half;
   s.high = s.mean + half;
