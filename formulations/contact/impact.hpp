@@ -36,9 +36,9 @@
 
 namespace freeplay {
 
-// Interface of impact laws: three in impact.cpp, the compliant law in compliant_impact.cpp. A law gets an island with D and
-// the rates before the impact, sets the impulses of its contacts and adds their works to the
-// island. It returns false if no impulses satisfy it. To add a law: its enumerator and row
+// Interface of impact laws: three in impact.cpp, the compliant law in compliant_impact.cpp. A law gets
+// an island with D and the rates before the impact, sets the impulses of its contacts and adds their
+// works to the island. It returns false if no impulses satisfy it. To add a law: its enumerator and row
 // (ImpactLaw) in src/mechanism/options.hpp, its file, its function here and its case below.
 
 using ImpactContacts = std::vector<ImpactContact>;

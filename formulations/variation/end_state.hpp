@@ -1,5 +1,5 @@
-// The state at the end of a run with its derivatives (run_end_state()), and the least forces of the contacts that
-// stay closed (LeastForces).
+// The state at the end of a run with its derivatives (run_end_state()), and the least forces of the
+// contacts that stay closed (LeastForces).
 #pragma once
 
 #include <functional>

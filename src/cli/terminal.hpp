@@ -1,6 +1,6 @@
-// Terminal: guard of standard output and error, wrapped text, progress line. Printed names and titles may be of unknown origin, so
-// all output passes through a guard that escapes control characters and direction marks, except
-// line ends and tabs.
+// Terminal: guard of standard output and error, wrapped text, progress line. Printed names and titles
+// may be of unknown origin, so all output passes through a guard that escapes control characters and
+// direction marks, except line ends and tabs.
 #pragma once
 
 #include <fmt/format.h>
