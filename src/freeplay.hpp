@@ -32,11 +32,11 @@
 /// - Result (values/result.hpp): final state, energy ledger, counters, events and notes of a run.
 /// - Snapshot (values/snapshot.hpp): the complete state of a run, from which it continues bit for
 ///   bit.
-/// - sensitivities() (facade/sensitivity.hpp): derivatives of results with respect to scene keys and
+/// - sensitivities() (analysis/sensitivity.hpp): derivatives of results with respect to scene keys and
 ///   initial values.
-/// - orbit() (facade/orbit.hpp): periodic motions and their Floquet multipliers.
-/// - lyapunov() (facade/lyapunov.hpp): Lyapunov exponents of a motion with impacts.
-/// - continue_orbit() (facade/continuation.hpp): branches of periodic motions and their bifurcations.
+/// - orbit() (analysis/orbit.hpp): periodic motions and their Floquet multipliers.
+/// - lyapunov() (analysis/lyapunov.hpp): Lyapunov exponents of a motion with impacts.
+/// - continue_orbit() (analysis/continuation.hpp): branches of periodic motions and their bifurcations.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -66,11 +66,11 @@
 /// link freeplay::freeplay. docs/reference/library.md has complete examples.
 #pragma once
 
-#include "facade/compiled_structures.hpp"
-#include "facade/continuation.hpp"
-#include "facade/lyapunov.hpp"
-#include "facade/orbit.hpp"
-#include "facade/sensitivity.hpp"
+#include "analysis/continuation.hpp"
+#include "analysis/lyapunov.hpp"
+#include "analysis/orbit.hpp"
+#include "analysis/sensitivity.hpp"
+#include "compile/compiled_structures.hpp"
 #include "facade/simulation.hpp"
 #include "mechanism/outside.hpp"
 #include "mechanism/scene.hpp"

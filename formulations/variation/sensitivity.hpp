@@ -1,7 +1,7 @@
 // Derivatives of the results of a run by its variational equations (event_driven/variation.hpp,
 // penalty/penalty_variation.hpp, step_variation.hpp).
 //
-// The caller (facade/sensitivity.hpp) builds the systems at displaced values of the keys; this file runs
+// The caller (analysis/sensitivity.hpp) builds the systems at displaced values of the keys; this file runs
 // the formulation once with all columns, and evaluates the quantities at its end.
 #pragma once
 

@@ -9,11 +9,11 @@
 #include <tuple>
 #include <vector>
 
-#include "facade/continuation.hpp"
-#include "facade/lyapunov.hpp"
-#include "facade/motion_documents.hpp"
-#include "facade/orbit.hpp"
-#include "facade/sensitivity.hpp"
+#include "analysis/continuation.hpp"
+#include "analysis/lyapunov.hpp"
+#include "analysis/motion_documents.hpp"
+#include "analysis/orbit.hpp"
+#include "analysis/sensitivity.hpp"
 #include "mechanism/error.hpp"
 #include "record.hpp"
 #include "stop.hpp"

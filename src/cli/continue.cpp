@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/continuation.hpp"
+#include "analysis/motion_documents.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
-#include "facade/continuation.hpp"
-#include "facade/motion_documents.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"

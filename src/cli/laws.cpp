@@ -9,10 +9,10 @@
 #include <optional>
 #include <string>
 
+#include "analysis/law_documents.hpp"
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
 #include "dynamics/system.hpp"
-#include "facade/law_documents.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/film.hpp"
 #include "formulations/contact/friction_law.hpp"

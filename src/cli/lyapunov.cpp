@@ -1,5 +1,5 @@
 // freeplay lyapunov: the Lyapunov exponents of a scene's motion.
-#include "facade/lyapunov.hpp"
+#include "analysis/lyapunov.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "analysis/motion_documents.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
 #include "facade/identify.hpp"
-#include "facade/motion_documents.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"

@@ -1,5 +1,5 @@
 // freeplay modes: equilibrium of a mechanism, its stability, and its natural frequencies.
-#include "facade/small_motions.hpp"
+#include "analysis/small_motions.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // freeplay orbit: a periodic motion of a scene, and its stability.
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "analysis/motion_documents.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
 #include "facade/identify.hpp"
-#include "facade/motion_documents.hpp"
 #include "facade/run_folder.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"

@@ -1,5 +1,5 @@
 // freeplay sensitivity: derivatives of results with respect to keys of a scene.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "analysis/motion_documents.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
 #include "facade/identify.hpp"
-#include "facade/motion_documents.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/points_file.hpp"

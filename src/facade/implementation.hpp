@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "compile/compile.hpp"
 #include "dynamics/system.hpp"
-#include "facade/compile.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/time_stepping/lanes.hpp"
 #include "mechanism/scene.hpp"

@@ -7,7 +7,7 @@
 #include <array>
 #include <memory>
 
-#include "io/files/compiled_object.hpp"
+#include "compile/compiled_object.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"

@@ -7,12 +7,12 @@
 #include <numbers>
 #include <string_view>
 
+#include "compile/compile.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/meshing.hpp"
 #include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
 #include "facade/assess.hpp"
-#include "facade/compile.hpp"
 #include "facade/identify.hpp"
 #include "facade/implementation.hpp"
 #include "facade/simulation.hpp"

@@ -1,7 +1,7 @@
 // Bifurcations of periodic motions on branches over one key, against closed forms.
 #include <complex>
 
-#include "facade/continuation.hpp"
+#include "analysis/continuation.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"

@@ -1,6 +1,6 @@
 // Lyapunov exponents against closed forms, an independent billiard, and the sum rule.
-#include "facade/lyapunov.hpp"
-#include "facade/orbit.hpp"
+#include "analysis/lyapunov.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/lyapunov.hpp"

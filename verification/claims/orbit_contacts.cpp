@@ -1,5 +1,5 @@
 // Periodic motions of penalty runs whose contacts are closed at the section.
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/compliant_table.hpp"

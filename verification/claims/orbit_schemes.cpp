@@ -1,5 +1,5 @@
 // Periodic motions of time stepping and of the automatic scheme, and a motion that is periodic up to a shift.
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"

@@ -1,7 +1,7 @@
 // Periodic motions and their multipliers against closed forms.
 #include <complex>
 
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"

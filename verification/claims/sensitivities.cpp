@@ -1,6 +1,6 @@
 // Derivatives of both formulations against closed forms, their agreement, and published cases in which
 // differentiable simulators give wrong derivatives through impacts.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/sensitivity.hpp"
 #include "verification/support/runs.hpp"

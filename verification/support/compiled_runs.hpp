@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "compile/compiled_object.hpp"
 #include "dynamics/system_functions.hpp"
 #include "facade/simulation.hpp"
-#include "io/files/compiled_object.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/support/support.hpp"
 

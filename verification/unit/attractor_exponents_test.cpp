@@ -1,7 +1,7 @@
 // Lyapunov exponents of attractors over a parameter and over starts, and those of penalty runs.
 #include "study/attractors/attractor_exponents.hpp"
-#include "facade/lyapunov.hpp"
-#include "facade/orbit.hpp"
+#include "analysis/lyapunov.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/support/rig.hpp"
 

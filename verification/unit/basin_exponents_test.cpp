@@ -1,6 +1,6 @@
 // Lyapunov exponents of a basin with two periodic attractors: against closed forms, against a
 // single run from the same start, and divided into shards.
-#include "facade/lyapunov.hpp"
+#include "analysis/lyapunov.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/support/rig.hpp"
 

@@ -7,8 +7,8 @@
 #include <csignal>
 #include <thread>
 
+#include "compile/compiled_object.hpp"
 #include "io/files/child.hpp"
-#include "io/files/compiled_object.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

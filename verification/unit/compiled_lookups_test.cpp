@@ -1,6 +1,6 @@
 // Tables, curves and branches on values in compiled functions. The expected digits are those of the
 // templates with plain numbers, which other tests compare with closed forms.
-#include "io/files/compiled_object.hpp"
+#include "compile/compiled_object.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/cam_profile.hpp"
 #include "mechanism/curve.hpp"

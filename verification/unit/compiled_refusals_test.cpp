@@ -2,10 +2,10 @@
 // of another user or of another structure. The expected digits are those of the general evaluation.
 #include <unistd.h>
 
+#include "compile/compile.hpp"
+#include "compile/compiled_object.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "facade/compile.hpp"
-#include "io/files/compiled_object.hpp"
 #include "io/files/digest.hpp"
 #include "io/scene/read_scene.hpp"
 #include "numerics/saddle_point.hpp"

@@ -3,10 +3,10 @@
 // forms.
 #include <variant>
 
+#include "compile/compile.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
-#include "facade/compile.hpp"
 #include "numerics/lane_tape.hpp"
 #include "verification/random_scenes/scene.hpp"
 #include "verification/support/compiled_runs.hpp"

@@ -1,6 +1,6 @@
 // Ends of the range of a continuation, its restart there, events of the user and crossings of branches.
-#include "facade/continuation.hpp"
-#include "facade/orbit.hpp"
+#include "analysis/continuation.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/support/rig.hpp"

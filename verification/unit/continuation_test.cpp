@@ -1,5 +1,5 @@
 // Continuation of periodic motions: refusals, ends of branches, and the order of what is reported.
-#include "facade/continuation.hpp"
+#include "analysis/continuation.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/support/rig.hpp"

@@ -1,6 +1,6 @@
 // Growth of the differences that errors of impacts cause, in closed form, and the horizon of compare that
 // follows from them.
-#include "facade/growth.hpp"
+#include "analysis/growth.hpp"
 
 #include "study/comparison/compare.hpp"
 #include "verification/support/rig.hpp"

@@ -1,7 +1,7 @@
 // Runs in lanes (formulations/time_stepping/lanes.hpp) against each run alone in the general evaluation. The
 // expected digits are those of the general evaluation, which other tests compare with closed forms.
+#include "compile/compiled_object.hpp"
 #include "dynamics/lane_functions.hpp"
-#include "io/files/compiled_object.hpp"
 #include "io/scene/read_scene.hpp"
 #include "numerics/lane_tape.hpp"
 #include "numerics/trace.hpp"

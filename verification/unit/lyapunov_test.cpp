@@ -1,6 +1,6 @@
 // Lyapunov exponents: refusals, perturbations that vanish in finite time, and the sum rule over random
 // scenes with impacts.
-#include "facade/lyapunov.hpp"
+#include "analysis/lyapunov.hpp"
 
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/support/rig.hpp"

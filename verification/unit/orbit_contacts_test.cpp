@@ -1,7 +1,7 @@
 // Periodic motions of penalty runs whose contacts are closed at the section.
 #include <complex>
 
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/support/rig.hpp"

@@ -4,7 +4,7 @@
 
 #include <complex>
 
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "numerics/dense.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/references/sensitivity.hpp"

@@ -1,5 +1,5 @@
 // Periodic motions of time stepping and of the automatic scheme, and motions up to a shift.
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/unit/orbit_maps.hpp"
 

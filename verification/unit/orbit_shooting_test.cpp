@@ -2,7 +2,7 @@
 // periods is far from linear.
 #include <cstddef>
 
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

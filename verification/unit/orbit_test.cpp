@@ -2,7 +2,7 @@
 // central differences of the return map.
 #include <complex>
 
-#include "facade/orbit.hpp"
+#include "analysis/orbit.hpp"
 #include "numerics/dense.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/random_scenes/numbers.hpp"

@@ -1,6 +1,6 @@
 // Derivatives of peaks of instruments' signals: closed forms at interior peaks, at impacts and at
 // the end of the run, and the low-pass of an accelerometer.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

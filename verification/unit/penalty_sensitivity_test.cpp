@@ -1,6 +1,6 @@
 // Derivatives of penalty runs: refusals, closed forms of one contact with damping, and random scenes against
 // Richardson-extrapolated differences of whole runs.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "verification/references/sensitivity.hpp"
 #include "verification/support/rig.hpp"

@@ -1,6 +1,6 @@
 // Derivatives of event-driven runs whose forces have kinks and limits, and of contacts in positions
 // where rounding matters.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 
 #include "verification/support/rig.hpp"
 #include "verification/unit/varied_scenes.hpp"

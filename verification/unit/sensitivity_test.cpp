@@ -1,6 +1,6 @@
 // Derivatives of event-driven runs: refusals, and random scenes against Richardson-extrapolated
 // differences of whole runs.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 
 #include <cstdint>
 

@@ -1,6 +1,6 @@
 // Derivatives of works and impulses where a key changes forces but not the motion, and where a
 // derivative does not exist because contacts close together or at the end.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -5,7 +5,7 @@
 // sawtooth of the step. The order is that of the root mean square over steps of slightly different
 // length. That of N runs has a standard error of about 1/√(2N): 0.16 in log₂ for N = 20, hence 0.07
 // in the order over four levels.
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 #include "verification/references/sensitivity.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/unit/varied_scenes.hpp"

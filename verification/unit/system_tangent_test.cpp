@@ -2,12 +2,12 @@
 // random scenes against derivatives by dual numbers and differences of the right-hand side.
 #include "dynamics/system_tangent.hpp"
 
+#include "analysis/sensitivity.hpp"
+#include "analysis/varied_key.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/movable_rows.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_tracer.hpp"
-#include "facade/sensitivity.hpp"
-#include "facade/varied_key.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/variation/differences.hpp"
 #include "numerics/tangent_tape.hpp"

@@ -1,6 +1,6 @@
 // Objects that follow another one (numerics/trace.hpp), and simulations that share compiled functions:
 // the result is the one without sharing, whatever is shared.
-#include "facade/compiled_structures.hpp"
+#include "compile/compiled_structures.hpp"
 #include "numerics/trace.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "io/files/compiled_object.hpp"
+#include "compile/compiled_object.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 

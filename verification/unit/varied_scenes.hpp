@@ -1,9 +1,9 @@
 // Random scenes whose derivatives are compared with Richardson-extrapolated differences of whole runs.
 #pragma once
 
+#include "analysis/sensitivity.hpp"
+#include "analysis/varied_key.hpp"
 #include "facade/identify.hpp"
-#include "facade/sensitivity.hpp"
-#include "facade/varied_key.hpp"
 #include "verification/random_scenes/numbers.hpp"
 #include "verification/support/rig.hpp"
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "facade/lyapunov.hpp"
+#include "analysis/lyapunov.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
 #include "study/runs/executor.hpp"

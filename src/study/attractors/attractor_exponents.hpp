@@ -1,4 +1,4 @@
-// The largest Lyapunov exponent of each attractor of a bifurcation diagram or basin (facade/lyapunov.hpp;
+// The largest Lyapunov exponent of each attractor of a bifurcation diagram or basin (analysis/lyapunov.hpp;
 // docs/how-to/attractors.md). The first run of an attractor, in the order of the chains, continues from its
 // end, where it has settled. On a periodic attractor the exponent is
 //

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <tuple>
 
+#include "analysis/lyapunov.hpp"
 #include "dynamics/assembly/assembly.hpp"
-#include "facade/lyapunov.hpp"
 #include "io/scene/read_scene.hpp"
 #include "io/scene/toml_text.hpp"
 #include "mechanism/magnitude.hpp"

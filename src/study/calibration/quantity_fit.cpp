@@ -13,7 +13,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"

@@ -1,6 +1,6 @@
 // Calibration to quantities of single runs, such as times and impulses of contact events. Until
 // chaos dominates, these are smooth functions of the unknowns with exact derivatives
-// (facade/sensitivity.hpp). The misfit
+// (analysis/sensitivity.hpp). The misfit
 //
 //     f(ξ) = Σ ((Q_i(ξ) − m_i)/σ_i)² + w |ξ|²,     ξ ∈ [−1, 1]ⁿ,
 //

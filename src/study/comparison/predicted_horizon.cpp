@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "facade/growth.hpp"
+#include "analysis/growth.hpp"
 #include "mechanism/scene.hpp"
 #include "simulation/touches.hpp"
 

@@ -12,7 +12,7 @@
 #include <optional>
 #include <utility>
 
-#include "facade/compile.hpp"
+#include "compile/compile.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {

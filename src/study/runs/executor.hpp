@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "facade/compiled_structures.hpp"
+#include "compile/compiled_structures.hpp"
 #include "facade/simulation.hpp"
 
 namespace freeplay {

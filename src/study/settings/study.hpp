@@ -138,7 +138,7 @@ struct Stretches {
 struct Target {
   std::string name;
   std::vector<std::string> overrides;
-  /// One of TurnMetrics, a measure of the study, or a quantity of facade/sensitivity.hpp such as
+  /// One of TurnMetrics, a measure of the study, or a quantity of analysis/sensitivity.hpp such as
   /// event.1.t, whose name contains a dot.
   std::string statistic;
   double value = 0;            ///< measured value; computed from `data` if that is given

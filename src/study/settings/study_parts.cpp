@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "facade/motion_documents.hpp"
+#include "analysis/motion_documents.hpp"
 #include "io/scene/toml_text.hpp"
 
 namespace freeplay {

@@ -219,7 +219,7 @@ struct SecondKeyPlan {
   }
 };
 
-/// Parameters of a continuation (facade/continuation.hpp).
+/// Parameters of a continuation (analysis/continuation.hpp).
 struct ContinuationPlan {
   std::string key;
   std::string formulation = "nonsmooth";

@@ -1,4 +1,4 @@
-#include "facade/branch_curves.hpp"
+#include "analysis/branch_curves.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <deque>
 
-#include "facade/varied_key.hpp"
+#include "analysis/varied_key.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "values/family.hpp"

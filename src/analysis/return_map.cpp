@@ -1,4 +1,4 @@
-#include "facade/return_map.hpp"
+#include "analysis/return_map.hpp"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 
+#include "analysis/varied_key.hpp"
 #include "dynamics/assembly/projection.hpp"
 #include "dynamics/system.hpp"
-#include "facade/varied_key.hpp"
 #include "formulations/variation/differences.hpp"
 #include "mechanism/error.hpp"
 #include "values/family.hpp"

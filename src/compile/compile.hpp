@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "compile/compiled_object.hpp"
+#include "compile/compiled_structures.hpp"
 #include "dynamics/lane_functions.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
-#include "facade/compiled_structures.hpp"
-#include "facade/simulation.hpp"
-#include "io/files/compiled_object.hpp"
 #include "numerics/saddle_point.hpp"
+#include "values/compile.hpp"
 #include "values/result.hpp"
 
 namespace freeplay {

@@ -1,4 +1,4 @@
-#include "facade/periodicity.hpp"
+#include "analysis/periodicity.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "facade/growth.hpp"
+#include "analysis/growth.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "facade/continuation.hpp"
+#include "analysis/continuation.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "facade/branch_curves.hpp"
-#include "facade/branch_events.hpp"
-#include "facade/branch_solver.hpp"
+#include "analysis/branch_curves.hpp"
+#include "analysis/branch_events.hpp"
+#include "analysis/branch_solver.hpp"
+#include "analysis/orbit.hpp"
+#include "analysis/periodicity.hpp"
+#include "analysis/varied_key.hpp"
 #include "facade/identify.hpp"
-#include "facade/orbit.hpp"
-#include "facade/periodicity.hpp"
-#include "facade/varied_key.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "values/family.hpp"

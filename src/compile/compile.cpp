@@ -1,4 +1,4 @@
-#include "facade/compile.hpp"
+#include "compile/compile.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "facade/small_motions.hpp"
+#include "analysis/small_motions.hpp"
 
 #include <nlohmann/json.hpp>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "facade/sensitivity.hpp"
+#include "analysis/sensitivity.hpp"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,12 @@
 #include <cmath>
 #include <type_traits>
 
+#include "analysis/varied_key.hpp"
+#include "compile/compile.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
-#include "facade/compile.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
-#include "facade/varied_key.hpp"
 #include "formulations/make.hpp"
 #include "formulations/variation/differences.hpp"
 #include "formulations/variation/sensitivity.hpp"

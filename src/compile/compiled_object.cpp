@@ -1,4 +1,4 @@
-#include "io/files/compiled_object.hpp"
+#include "compile/compiled_object.hpp"
 
 #include <dlfcn.h>
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include "facade/law_documents.hpp"
+#include "analysis/law_documents.hpp"
 
 #include <nlohmann/json.hpp>
 

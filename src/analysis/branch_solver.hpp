@@ -5,7 +5,7 @@
 //
 // with the tangent τ of the branch at its last motion k and the arclength s from there (pseudo-arclength
 // continuation: Keller, in Applications of Bifurcation Theory, 1977, 359). The derivatives of P by x and p
-// are those of the variational equations (facade/return_map.hpp). At a fold this system is regular.
+// are those of the variational equations (analysis/return_map.hpp). At a fold this system is regular.
 //
 // Lengths along a branch are measured in (u/σ, ξ): local coordinates u of the section, with the constant
 // scale σ, and ξ = p/|to − from|.
@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/return_map.hpp"
 #include "dynamics/system.hpp"
-#include "facade/return_map.hpp"
 #include "io/scene/scene_text.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"

@@ -1,4 +1,4 @@
-#include "facade/branch_events.hpp"
+#include "analysis/branch_events.hpp"
 
 #include <algorithm>
 #include <complex>

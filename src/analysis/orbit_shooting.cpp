@@ -1,4 +1,4 @@
-#include "facade/orbit_shooting.hpp"
+#include "analysis/orbit_shooting.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/varied_key.hpp"
 #include "dynamics/system.hpp"
-#include "facade/varied_key.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/dense.hpp"
 

@@ -165,7 +165,7 @@ Multipliers multipliers_of(const ReturnPoint& p, bool autonomous);
 
 struct OrbitRequest;
 struct Orbit;
-/// orbit() (facade/orbit.hpp), which also returns the state of the section with the modes of contacts.
+/// orbit() (analysis/orbit.hpp), which also returns the state of the section with the modes of contacts.
 Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& section);
 
 }  // namespace freeplay

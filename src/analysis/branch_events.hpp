@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "facade/branch_solver.hpp"
+#include "analysis/branch_solver.hpp"
 #include "values/branch.hpp"
 
 namespace freeplay {

@@ -1,4 +1,4 @@
-#include "facade/motion_documents.hpp"
+#include "analysis/motion_documents.hpp"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <complex>
 #include <nlohmann/json.hpp>
 
+#include "analysis/orbit.hpp"
+#include "analysis/sensitivity.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
-#include "facade/orbit.hpp"
-#include "facade/sensitivity.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {

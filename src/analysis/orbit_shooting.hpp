@@ -9,7 +9,7 @@
 
 #include <optional>
 
-#include "facade/return_map.hpp"
+#include "analysis/return_map.hpp"
 
 namespace freeplay {
 

@@ -5,7 +5,7 @@
 //
 // over the time τ after the transient (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9
 // and 21). The standard error follows from the means of batches of equal length.
-#include "facade/lyapunov.hpp"
+#include "analysis/lyapunov.hpp"
 
 #include <fmt/format.h>
 
@@ -16,9 +16,9 @@
 #include <optional>
 #include <vector>
 
+#include "analysis/periodicity.hpp"
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
-#include "facade/periodicity.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/variation/tangent_run.hpp"
 #include "mechanism/duration.hpp"

@@ -1,4 +1,4 @@
-#include "facade/varied_key.hpp"
+#include "analysis/varied_key.hpp"
 
 #include <fmt/format.h>
 

@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "facade/branch_events.hpp"
-#include "facade/branch_solver.hpp"
-#include "facade/continuation.hpp"
+#include "analysis/branch_events.hpp"
+#include "analysis/branch_solver.hpp"
+#include "analysis/continuation.hpp"
 #include "values/branch.hpp"
 
 namespace freeplay {

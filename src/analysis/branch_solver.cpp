@@ -1,4 +1,4 @@
-#include "facade/branch_solver.hpp"
+#include "analysis/branch_solver.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "facade/periodicity.hpp"
-#include "facade/varied_key.hpp"
+#include "analysis/periodicity.hpp"
+#include "analysis/varied_key.hpp"
 #include "mechanism/error.hpp"
 #include "values/family.hpp"
 
@@ -28,7 +28,7 @@ constexpr double accepted_residual = 1e3;
 constexpr double negligible_step = 1e-8;
 /// It diverges if it changes the key by more than this, over its range.
 constexpr double farthest_step = 1;
-/// Directions with less influence than this, relative, are neutral (facade/orbit.cpp).
+/// Directions with less influence than this, relative, are neutral (analysis/orbit.cpp).
 constexpr double neutral_direction = 1e-9;
 
 double map_length(const BranchSetup& setup, int periods, const Scene& scene, const System& system) {

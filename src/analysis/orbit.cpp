@@ -1,5 +1,5 @@
-// Newton's method on the return map (facade/return_map.hpp).
-#include "facade/orbit.hpp"
+// Newton's method on the return map (analysis/return_map.hpp).
+#include "analysis/orbit.hpp"
 
 #include <fmt/format.h>
 
@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/orbit_shooting.hpp"
+#include "analysis/periodicity.hpp"
+#include "analysis/return_map.hpp"
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
-#include "facade/orbit_shooting.hpp"
-#include "facade/periodicity.hpp"
-#include "facade/return_map.hpp"
 #include "facade/simulation.hpp"
 #include "formulations/variation/end_state.hpp"
 #include "mechanism/duration.hpp"
