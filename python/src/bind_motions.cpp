@@ -144,8 +144,7 @@ py::dict branches_of(const Scene& scene, const std::string& key, double from, do
     d["parameter"] = p.parameter;
     points.append(d);
   }
-  for (const auto& b : found.bifurcations) tables.add(b);
-  for (const auto& c : found.curve_points) tables.add(c);
+  tables.add(found);
   py::dict d;
   d["points"] = points;
   d["curve_points"] = object_of(tables.curves);

@@ -40,7 +40,10 @@ constexpr double same_curve = 2e-3;
 }  // namespace
 
 BifurcationCurve::BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start, int number)
-    : scene_(scene), second_(second), start_(std::move(start)), number_(number) {
+    : scene_(scene), second_(second), start_(std::move(start)) {
+  ends_.curve = number;
+  ends_.kind = start_.kind;
+  ends_.parameter = start_.parameter;
   const auto& setup = start_.solver.setup();
   keys_ = {setup.key, second.key};
   low_ = {std::min(setup.from, setup.to), std::min(second.from, second.to)};
@@ -247,36 +250,65 @@ std::optional<BifurcationCurve::Located> BifurcationCurve::locate(const std::vec
   return p;
 }
 
-std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
-    double side, const Located& from, const std::function<void(const CurvePoint&)>& on_point,
-    std::string& reason) const {
-  std::vector<Located> points{from};
-  Plane direction{0, side};
-  const double greatest = second_.step ? *second_.step / range_[1] : BranchStep::greatest;
-  double step = first_share * greatest;
-  while (points.size() < most_points) {
-    const auto& last = points.back();
-    std::size_t stepped = std::abs(direction[1]) >= std::abs(direction[0]) ? 1 : 0;
-    Plane near{last.at[0] + step * direction[0], last.at[1] + step * direction[1]};
-    double length = step;
+bool BifurcationCurve::begin() {
+  const double second = property(scene_, second_.key, Family::nonsmooth).value();
+  Located from;
+  from.at = {start_.parameter / range_[0], second / range_[1]};
+  from.motion = start_.motion;
+  from.slope = start_.slope;
+  set_base(from, start_.motion, start_.solver.guess(start_.motion, 0));
+  std::string reason;
+  if (is_positive() && !vanishing(solver(0, second), from, reason)) {
+    ends_.reasons[0] = ends_.reasons[1] = reason;
+    return false;
+  }
+  points_ = {std::move(from)};
+  return true;
+}
+
+bool BifurcationCurve::advance() {
+  if (points_.empty()) {
+    if (!begin()) return false;
+  } else {
+    while (!advance_on_side(ends_.reasons[side_])) {
+      if (side_++ == 1) return false;
+      points_.erase(points_.begin() + 1, points_.end());
+    }
+  }
+  ++ends_.points;
+  if (side_ == 0) first_side_ = ends_.points;
+  return true;
+}
+
+bool BifurcationCurve::advance_on_side(std::string& reason) {
+  if (points_.size() == 1) {
+    direction_ = {0, side_ == 0 ? -1.0 : 1.0};
+    step_ = first_share * greatest_step();
+    at_end_ = false;
+  }
+  while (!at_end_ && points_.size() < most_points) {
+    const auto& last = points_.back();
+    std::size_t stepped = std::abs(direction_[1]) >= std::abs(direction_[0]) ? 1 : 0;
+    Plane near{last.at[0] + step_ * direction_[0], last.at[1] + step_ * direction_[1]};
+    double length = step_;
     std::string ends;
     for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
-      const double bound = (direction[k] < 0 ? low_[k] : high_[k]) / range_[k];
-      if (!((near[k] - bound) * direction[k] > 0)) continue;
+      const double bound = (direction_[k] < 0 ? low_[k] : high_[k]) / range_[k];
+      if (!((near[k] - bound) * direction_[k] > 0)) continue;
       ends = fmt::format("the range of {} ends", keys_[k]);
-      length = (bound - last.at[k]) / direction[k];
+      length = (bound - last.at[k]) / direction_[k];
       for (const std::size_t i : {std::size_t{0}, std::size_t{1}})
-        near[i] = last.at[i] + length * direction[i];
+        near[i] = last.at[i] + length * direction_[i];
       near[k] = bound;
       stepped = k;
     }
     if (!ends.empty() && !(length > 0)) {
       reason = ends;
-      return points;
+      return false;
     }
     std::optional<Located> next;
     try {
-      next = locate(points, static_cast<int>(1 - stepped), near, reason);
+      next = locate(points_, static_cast<int>(1 - stepped), near, reason);
     } catch (const ModelError& e) {
       reason = e.what();
     }
@@ -285,32 +317,31 @@ std::vector<BifurcationCurve::Located> BifurcationCurve::follow_to(
     if (next) {
       chord = {next->at[0] - last.at[0], next->at[1] - last.at[1]};
       size = std::hypot(chord[0], chord[1]);
-      const double cosine = (chord[0] * direction[0] + chord[1] * direction[1]) / size;
-      if (points.size() > 1 && cosine < BranchStep::least_cosine) {
+      const double cosine = (chord[0] * direction_[0] + chord[1] * direction_[1]) / size;
+      if (points_.size() > 1 && cosine < BranchStep::least_cosine) {
         reason = "the curve turns too fast";
         next.reset();
       }
     }
     if (!next) {
-      step *= BranchStep::reduction;
-      if (step > least_share * greatest) continue;
-      return points;
+      step_ *= BranchStep::reduction;
+      if (step_ > least_share * greatest_step()) continue;
+      return false;
     }
-    points.push_back(std::move(*next));
-    if (on_point) on_point(point_of(points.back()));
-    direction = {chord[0] / size, chord[1] / size};
-    if (!ends.empty()) {
-      reason = ends;
-      return points;
-    }
-    step = std::min(greatest, BranchStep::after(step, points.back().iterations));
+    points_.push_back(std::move(*next));
+    direction_ = {chord[0] / size, chord[1] / size};
+    step_ = std::min(greatest_step(), BranchStep::after(step_, points_.back().iterations));
+    at_end_ = !ends.empty();
+    if (at_end_) reason = ends;
+    return true;
   }
-  reason = fmt::format("{} points", most_points);
-  return points;
+  if (!at_end_) reason = fmt::format("{} points", most_points);
+  return false;
 }
 
-CurvePoint BifurcationCurve::point_of(const Located& p) const {
-  CurvePoint c{.curve = number_,
+CurvePoint BifurcationCurve::point() const {
+  const auto& p = points_.back();
+  CurvePoint c{.curve = ends_.curve,
                .kind = start_.kind,
                .parameter = p.at[0] * range_[0],
                .second = p.at[1] * range_[1],
@@ -334,34 +365,6 @@ bool BifurcationCurve::begins_on(const std::vector<CurvePoint>& list) const {
     if ((a + share * chord).norm() < same_curve) return true;
   }
   return false;
-}
-
-std::pair<std::vector<CurvePoint>, CurveEnds> BifurcationCurve::follow(
-    const std::function<void(const CurvePoint&)>& on_point) {
-  const double second = property(scene_, second_.key, Family::nonsmooth).value();
-  CurveEnds ends;
-  ends.curve = number_;
-  ends.kind = start_.kind;
-  ends.parameter = start_.parameter;
-  Located from;
-  from.at = {start_.parameter / range_[0], second / range_[1]};
-  from.motion = start_.motion;
-  from.slope = start_.slope;
-  set_base(from, start_.motion, start_.solver.guess(start_.motion, 0));
-  std::string reason;
-  if (is_positive() && !vanishing(solver(0, second), from, reason)) {
-    ends.reasons[0] = ends.reasons[1] = reason;
-    return {{}, ends};
-  }
-  if (on_point) on_point(point_of(from));
-  auto list = follow_to(-1, from, on_point, ends.reasons[0]);
-  std::ranges::reverse(list);
-  const auto up = follow_to(1, from, on_point, ends.reasons[1]);
-  list.insert(list.end(), up.begin() + 1, up.end());
-  std::vector<CurvePoint> points;
-  for (const auto& p : list) points.push_back(point_of(p));
-  ends.points = static_cast<int>(points.size());
-  return {std::move(points), std::move(ends)};
 }
 
 }  // namespace freeplay

@@ -8,10 +8,8 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "analysis/branch_events.hpp"
@@ -37,10 +35,14 @@ class BifurcationCurve {
   BifurcationCurve(const Scene& scene, const SecondKey& second, CurveStart start, int number);
   /// Whether a curve of the list passes through the start.
   bool begins_on(const std::vector<CurvePoint>& list) const;
-  /// Follows the curve from its start to both sides, and calls `on_point` for each point when it is known.
-  /// The result is ordered along the curve.
-  std::pair<std::vector<CurvePoint>, CurveEnds> follow(
-      const std::function<void(const CurvePoint&)>& on_point);
+  /// Finds the next point: the start, then those to the side of lower values of the second key, then those to
+  /// the other side. False: the curve is complete.
+  bool advance();
+  /// The point that was found last.
+  CurvePoint point() const;
+  /// Of the points found so far.
+  const CurveEnds& ends() const { return ends_; }
+  int points_of_first_side() const { return first_side_; }  ///< with the start
 
  private:
   using Plane = std::array<double, 2>;  // p/R
@@ -56,9 +58,9 @@ class BifurcationCurve {
     double slope = 0;  // of the test function or positive quantity, by arclength
   };
 
-  std::vector<Located> follow_to(double side, const Located& from,
-                                 const std::function<void(const CurvePoint&)>& on_point,
-                                 std::string& reason) const;
+  bool begin();
+  double greatest_step() const { return second_.step ? *second_.step / range_[1] : BranchStep::greatest; }
+  bool advance_on_side(std::string& reason);
   BranchSolver solver(int free, double fixed) const;
   std::optional<Located> locate(const std::vector<Located>& points, int free, const Plane& near,
                                 std::string& reason) const;
@@ -80,12 +82,16 @@ class BifurcationCurve {
   bool is_positive() const {
     return start_.kind == BifurcationKind::grazing || start_.kind == BifurcationKind::liftoff;
   }
-  CurvePoint point_of(const Located& p) const;
 
   const Scene& scene_;
   const SecondKey& second_;
   CurveStart start_;
-  int number_;
+  CurveEnds ends_;
+  int side_ = 0, first_side_ = 0;
+  std::vector<Located> points_;  // of the present side, from the start on
+  Plane direction_{};
+  double step_ = 0;      // in the plane
+  bool at_end_ = false;  // of the range
   std::array<std::string, 2> keys_;
   std::array<double, 2> low_{},
       high_{};  // SI, bounds of the curve: of the first key beyond the branch's range

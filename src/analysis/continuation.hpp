@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,12 +62,26 @@ struct ContinuationRequest {
   /// Branches that go on, in place of a search at `from` or `start`. New ones
   /// have numbers above `branches`.
   std::vector<BranchRestart> restarts = {};
-  int branches = 0;                                             ///< number of the branches that exist already
-  std::function<void(const BranchPoint&)> on_point = {};        ///< called for each motion when it is known
-  std::function<void(const Bifurcation&)> on_bifurcation = {};  ///< likewise for each bifurcation
-  std::function<void(const CurvePoint&)> on_curve_point = {};   ///< likewise for each point of the curves
+  int branches = 0;  ///< number of the branches that exist already
   /// Stop request; the function then throws Interrupted.
   StopToken stop = {};
+};
+
+/// Branches that the caller advances: while (branches.advance()) use(branches.found());
+class Continuation {
+ public:
+  /// Refers to the scene.
+  Continuation(const Scene& scene, const ContinuationRequest& request);
+  ~Continuation();
+  /// Makes one step, which appends motions, bifurcations or a point of a curve to found(), or nothing. False:
+  /// the branches and curves are complete. Throws as continue_orbit().
+  bool advance();
+  /// The results so far. A curve in progress has its points in the order in which they were found.
+  const Branches& found() const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> own_;
 };
 
 /// Follows the branch from the periodic motion at `from` round folds to one end

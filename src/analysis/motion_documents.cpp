@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "analysis/orbit.hpp"
 #include "analysis/sensitivity.hpp"
@@ -219,24 +220,24 @@ std::vector<double> BranchTables::values(const BranchPoint& p) {
   return list;
 }
 
-void BranchTables::add(const BranchPoint& p) {
-  branch.row(values(p));
-  for (const auto& i : p.orbit.impacts)
-    impacts.row(p.branch, p.number, p.parameter, p.orbit.stable, i.t, phase_in(i.t, p.orbit.period), i.joint,
-                i.speed);
-}
-
-void BranchTables::add(const Bifurcation& b) {
-  const auto first = first_multiplier(b.at.orbit);
-  bifurcations.row(name_of(b.kind), b.at.parameter, b.at.orbit.period, b.at.branch, b.at.number,
-                   b.at.orbit.periods, first.real(), first.imag(), b.joint, b.follows, b.new_branch,
-                   b.residual);
-}
-
-void BranchTables::add(const CurvePoint& c) {
-  const auto first = first_multiplier(c.orbit);
-  curves.row(c.curve, name_of(c.kind), c.parameter, c.second, c.orbit.period, c.orbit.periods, c.orbit.stable,
-             std::abs(first), first.real(), first.imag(), c.joint, c.residual);
+void BranchTables::add(const Branches& found) {
+  for (const auto& p : std::span(found.points).subspan(branch.rows().size())) {
+    branch.row(values(p));
+    for (const auto& i : p.orbit.impacts)
+      impacts.row(p.branch, p.number, p.parameter, p.orbit.stable, i.t, phase_in(i.t, p.orbit.period),
+                  i.joint, i.speed);
+  }
+  for (const auto& b : std::span(found.bifurcations).subspan(bifurcations.rows().size())) {
+    const auto first = first_multiplier(b.at.orbit);
+    bifurcations.row(name_of(b.kind), b.at.parameter, b.at.orbit.period, b.at.branch, b.at.number,
+                     b.at.orbit.periods, first.real(), first.imag(), b.joint, b.follows, b.new_branch,
+                     b.residual);
+  }
+  for (const auto& c : std::span(found.curve_points).subspan(curves.rows().size())) {
+    const auto first = first_multiplier(c.orbit);
+    curves.row(c.curve, name_of(c.kind), c.parameter, c.second, c.orbit.period, c.orbit.periods,
+               c.orbit.stable, std::abs(first), first.real(), first.imag(), c.joint, c.residual);
+  }
 }
 
 json to_json(const std::vector<BranchEnd>& ends) {

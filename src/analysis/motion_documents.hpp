@@ -36,9 +36,8 @@ nlohmann::json to_json(const Sensitivities& all, const std::vector<double>& devi
 /// The tables of a continuation: branch.csv, branch_impacts.csv, bifurcations.csv and curves.csv.
 struct BranchTables {
   explicit BranchTables(const Scene& scene);
-  void add(const BranchPoint& point);
-  void add(const Bifurcation& bifurcation);
-  void add(const CurvePoint& point);
+  /// Adds what they do not have yet.
+  void add(const Branches& found);
   /// The values of the columns of `branch`.
   static std::vector<double> values(const BranchPoint& point);
   Table branch, impacts, bifurcations, curves;

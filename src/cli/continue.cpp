@@ -47,6 +47,7 @@ class LiveTable {
       : table_(table), path_(folder / name) {}
   std::string earlier;  ///< rows of an earlier result
   void write_new_rows() {
+    if (file_ && written_ == table_.rows().size()) return;
     if (!file_) {
       file_.emplace(path_);
       file_->keep();
@@ -162,7 +163,7 @@ EarlierBranches read_earlier(const std::filesystem::path& folder, const std::str
 std::vector<BranchQuantity> events_of(const Study& study, const ContinuationPlan& plan,
                                       const std::vector<std::string>& columns) {
   std::vector<BranchQuantity> list;
-  for (const auto& text : plan.events) try {
+  for (const auto& text : plan.expressions) try {
       const Expression e(text, columns);
       if (e.type() != Expression::Type::number)
         throw ExpressionError(1, "must be a number, not true or false");
@@ -222,59 +223,43 @@ int continue_branches(const ContinueVerb& request) try {
       throw SceneError(
           fmt::format("{}: none of its branches can go on: each ended at a bifurcation", request.from));
   }
-  Branches found;
-  {
-    Progress progress;
-    ContinuationRequest what{.formulation = plan.formulation,
-                             .key = plan.key,
-                             .from = plan.from,
-                             .to = plan.to,
-                             .start = plan.start,
-                             .step = plan.step,
-                             .periods = plan.periods,
-                             .settle = plan.settle,
-                             .period = plan.period,
-                             .follow_doubled = plan.follow_doubled,
-                             .most_points = plan.most_points,
-                             .second = {},
-                             .events = events_of(study, plan, tables.branch.columns()),
-                             .restarts = earlier.restarts,
-                             .branches = earlier.branches,
-                             .stop = request.stop};
-    if (plan.second)
-      what.second = SecondKey{plan.second->key, plan.second->from, plan.second->to, plan.second->step,
-                              plan.second->kinds};
-    what.on_point = [&](const BranchPoint& p) {
-      tables.add(p);
+  ContinuationRequest what = plan;
+  what.events = events_of(study, plan, tables.branch.columns());
+  what.restarts = earlier.restarts;
+  what.branches = earlier.branches;
+  what.stop = request.stop;
+  Continuation branches(scene, what);
+  const auto& found = branches.found();
+  Progress progress;
+  const auto write_new = [&] {
+    tables.add(found);
+    if (!found.bifurcations.empty()) bifurcations.write_new_rows();
+    if (!found.curve_points.empty()) {
+      const auto& c = found.curve_points.back();
+      curves.write_new_rows();
+      progress.show(fmt::format("curve {}", c.curve),
+                    std::abs((c.second - plan.second->from) / (plan.second->to - plan.second->from)));
+    } else if (!found.points.empty()) {
+      const auto& p = found.points.back();
       branch.write_new_rows();
       impacts.write_new_rows();
       progress.show(fmt::format("branch {}, motion {}", p.branch, p.number),
                     std::abs((p.parameter - plan.from) / (plan.to - plan.from)));
-    };
-    what.on_bifurcation = [&](const Bifurcation& b) {
-      tables.add(b);
-      bifurcations.write_new_rows();
-    };
-    what.on_curve_point = [&](const CurvePoint& c) {
-      tables.add(c);
-      curves.write_new_rows();
-      progress.show(fmt::format("curve {}", c.curve),
-                    std::abs((c.second - plan.second->from) / (plan.second->to - plan.second->from)));
-    };
-    try {
-      found = located_in(scene, [&] { return continue_orbit(scene, what); });
-    } catch (const Interrupted&) {
-      progress.clear();
-      if (!branch.begun()) throw;
-      fmt::print(
-          stderr, "{}",
-          wrapped(fmt::format("interrupted; the rows so far are in {}.partial; the same command starts "
-                              "again\n",
-                              branch.path().string())));
-      return 1;
     }
+  };
+  try {
+    while (located_in(scene, [&] { return branches.advance(); })) write_new();
+  } catch (const Interrupted&) {
+    write_new();
     progress.clear();
+    if (!branch.begun()) throw;
+    fmt::print(stderr, "{}",
+               wrapped(fmt::format("interrupted; the rows so far are in {}.partial; the same command starts "
+                                   "again\n",
+                                   branch.path().string())));
+    return 1;
   }
+  progress.clear();
   if (!found.failure.empty()) {
     for (auto* table : {&branch, &impacts, &bifurcations}) table->remove_partial();
     fmt::print(stderr, "{}", wrapped("no periodic motion found at the start: " + found.failure + "\n"));

@@ -46,18 +46,23 @@ TEST_CASE("a branch ends at both ends of the range and reports what it meets in 
   // From a stable motion over the fold at 2.602 mm back to the start, which is met on the unstable side.
   std::vector<double> values;
   std::vector<std::size_t> folds;  // number of motions reported before each
-  ContinuationRequest request{.key = "curves.shake.amplitude", .from = 2.7e-3, .to = 2.5e-3, .settle = 0};
-  request.on_point = [&](const BranchPoint& p) {
-    CHECK(p.branch == 1);
-    CHECK(p.number == static_cast<int>(values.size()));
-    values.push_back(p.parameter);
-  };
-  request.on_bifurcation = [&](const Bifurcation& b) {
-    CHECK(b.kind == BifurcationKind::fold);
-    CHECK(b.at.number == static_cast<int>(values.size()));
-    folds.push_back(values.size());
-  };
-  const auto found = continue_orbit(table_scene(), request);
+  const auto scene = table_scene();
+  const ContinuationRequest request{
+      .key = "curves.shake.amplitude", .from = 2.7e-3, .to = 2.5e-3, .settle = 0};
+  Continuation branches(scene, request);
+  const auto& found = branches.found();
+  while (branches.advance()) {
+    if (found.bifurcations.size() > folds.size()) {
+      CHECK(found.bifurcations.back().kind == BifurcationKind::fold);
+      CHECK(found.bifurcations.back().at.number == static_cast<int>(values.size()));
+      folds.push_back(values.size());
+    }
+    if (found.points.size() == values.size()) continue;
+    CHECK(found.points.back().branch == 1);
+    CHECK(found.points.back().number == static_cast<int>(values.size()));
+    values.push_back(found.points.back().parameter);
+  }
+  REQUIRE(found.points.size() == values.size());
   CHECK(found.failure.empty());
   REQUIRE(folds.size() == 1);
   REQUIRE(values.size() > folds[0]);

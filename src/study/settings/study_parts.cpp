@@ -32,8 +32,9 @@ nlohmann::json to_json(const ContinuationPlan& plan, const Branches& found, std:
   for (auto& b : to_json(found.bifurcations)) bifurcations.push_back(std::move(b));
   if (plan.second) {
     const auto& second = *plan.second;
-    document["second"] = {{"key", second.key},     {"from", second.from}, {"to", second.to},
-                          {"scale", second.scale}, {"unit", second.unit}, {"curves", to_json(found.curves)}};
+    document["second"] = {{"key", second.key},        {"from", second.from},
+                          {"to", second.to},          {"scale", plan.second_scale},
+                          {"unit", plan.second_unit}, {"curves", to_json(found.curves)}};
   }
   document["branches"] = to_json(ends);
   document["bifurcations"] = bifurcations;

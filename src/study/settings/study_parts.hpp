@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/continuation.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/keys.hpp"
-#include "values/branch.hpp"
 
 namespace freeplay {
 
@@ -188,52 +188,12 @@ struct BasinPlan : AttractorPlan {
 
 // The table [continue] of a study. docs/reference/study.md lists its keys.
 
-/// A second key, over which bifurcations are followed.
-struct SecondKeyPlan {
-  std::string key;
-  double from = 0, to = 0;             ///< SI
-  std::optional<double> step;          ///< SI
-  std::vector<BifurcationKind> kinds;  ///< empty: all
-  double scale = 1;                    ///< displayed value = value · scale
-  std::string unit;                    ///< of the displayed value
-
-  static void keys(auto& k, auto& x) {
-    k.need({"second", "",
-            "second key, over which the bifurcations are followed: curves of both keys; its value in the "
-            "scene is the start",
-            "–"},
-           x.key);
-    const auto unit = unit_of(x.key);
-    k.need({"second_from", unit, "with second: one end of its range"}, x.from, any_number);
-    k.need({"second_to", unit, "with second: other end of its range"}, x.to, any_number);
-    k.take({"second_step", unit,
-            "with second: greatest step; that of the first key has the same share of its range",
-            "a fiftieth of the range"},
-           x.step, positive);
-    k.take({"second_scale", "", "with second: factor of its values in the figure"}, x.scale, positive);
-    k.take({"second_unit", "", "with second: unit of the scaled values"}, x.unit);
-    k.other({"curves", "",
-             "with second: kinds that are followed: \"fold\", \"flip\", \"torus\", \"grazing\", \"liftoff\"",
-             "all"},
-            "names", x.kinds, read_curve_kinds);
-  }
-};
-
-/// Parameters of a continuation (analysis/continuation.hpp).
-struct ContinuationPlan {
-  std::string key;
-  std::string formulation = "nonsmooth";
-  double from = 0, to = 0;             ///< SI
-  std::optional<double> start, step;   ///< SI
-  std::vector<std::string> overrides;  ///< keys of the scene, KEY=VALUE
-  int periods = 1;
-  double settle = 10;
-  std::optional<double> period;  ///< s
-  int follow_doubled = 1, most_points = 2000;
-  double scale = 1;                 ///< displayed value = value · scale
-  std::string unit;                 ///< of the displayed value
-  std::vector<std::string> events;  ///< expressions of the columns of branch.csv
-  std::optional<SecondKeyPlan> second;
+/// A continuation without its events, and the display of its keys.
+struct ContinuationPlan : ContinuationRequest {
+  std::vector<std::string> overrides;    ///< keys of the scene, KEY=VALUE
+  double scale = 1, second_scale = 1;    ///< displayed value = value · scale
+  std::string unit, second_unit;         ///< of the displayed values
+  std::vector<std::string> expressions;  ///< of the columns of branch.csv, for `events`
 
   static constexpr Range doublings{
       [](double x) { return x >= 0 && x <= 10 && x == static_cast<double>(static_cast<int>(x)); },
@@ -264,8 +224,29 @@ struct ContinuationPlan {
     k.take({"unit", "", "unit of the scaled values"}, x.unit);
     k.names(
         {"events", "", "expressions of the columns of branch.csv whose zeros are located on the branches"},
-        x.events);
-    if (auto* second = k.given("second", x.second)) SecondKeyPlan::keys(k, *second);
+        x.expressions);
+    if (auto* second = k.given("second", x.second)) {
+      k.need({"second", "",
+              "second key, over which the bifurcations are followed: curves of both keys; its value in the "
+              "scene is the start",
+              "–"},
+             second->key);
+      const auto second_unit = unit_of(second->key);
+      k.need({"second_from", second_unit, "with second: one end of its range"}, second->from, any_number);
+      k.need({"second_to", second_unit, "with second: other end of its range"}, second->to, any_number);
+      k.take({"second_step", second_unit,
+              "with second: greatest step; that of the first key has the same share of its range",
+              "a fiftieth of the range"},
+             second->step, positive);
+      k.take({"second_scale", "", "with second: factor of its values in the figure"}, x.second_scale,
+             positive);
+      k.take({"second_unit", "", "with second: unit of the scaled values"}, x.second_unit);
+      k.other(
+          {"curves", "",
+           "with second: kinds that are followed: \"fold\", \"flip\", \"torus\", \"grazing\", \"liftoff\"",
+           "all"},
+          "names", second->kinds, read_curve_kinds);
+    }
   }
 };
 
