@@ -22,14 +22,10 @@ constexpr int most_corrections = 12;
 /// They have reached its errors if it is below this share of the accepted one.
 constexpr int most_simplified = 10;
 constexpr double simplified_reduction = 0.3, reached_share = 1e-2;
-/// A motion is accepted as periodic if its residual is at most this times nonsmooth.tolerance.
-constexpr double accepted_residual = 1e3;
 /// Newton's method has converged if its last step was below this: its error is of the order of the square.
 constexpr double negligible_step = 1e-8;
 /// It diverges if it changes the key by more than this, over its range.
 constexpr double farthest_step = 1;
-/// Directions with less influence than this, relative, are neutral (analysis/orbit.cpp).
-constexpr double neutral_direction = 1e-9;
 
 double map_length(const BranchSetup& setup, int periods, const Scene& scene, const System& system) {
   return periods * section_period(excitation_of(scene.mechanism, system), setup.period);
@@ -173,10 +169,7 @@ std::optional<BranchMotion> BranchSolver::solve(const BranchCondition& c, const 
       m.point = map.at(at.state, steps_, &by);
       reason = m.point.failure;
       if (!reason.empty()) return {};
-      const auto& given = m.model->scene;
-      accepted = std::max(map.rounding(m.point),
-                          accepted_residual * (setup_.family == Family::penalty ? given.penalty.tolerance
-                                                                                : given.nonsmooth.tolerance));
+      accepted = map.accepted(m.point);
       const auto f = map.size();
       if (f != c.base.model->map.size()) {
         reason = "the number of degrees of freedom changes";

@@ -27,10 +27,6 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-constexpr int most_iterations = 40;
-/// A motion is accepted as periodic if its residual is at most this times nonsmooth.tolerance: the
-/// errors of the steps of some periods.
-constexpr double accepted_errors = 1e3;
 /// Where time stepping made steps, the return map has jumps as great as their errors. A motion is accepted
 /// up to this multiple of the change of its end under the finer steps below.
 constexpr double accepted_changes = 2;
@@ -39,11 +35,6 @@ constexpr std::array finer_steps{0.5, 0.25};
 /// from a contact onset that comes nearer to it than this share of the motion.
 constexpr int most_moves = 2;
 constexpr double near_section = 0.05;
-/// Newton steps are shortened at most to this share.
-constexpr double least_share = 1e-3;
-/// Directions in which the residual changes less than this, relative, are neutral: the mechanism has a
-/// family of periodic motions along them.
-constexpr double neutral = 1e-9;
 /// A motion without a drive that would change the state by less than this in a period, in error scales
 /// of unit tolerance, is an equilibrium.
 constexpr double at_rest = 1e-3;
@@ -62,7 +53,7 @@ VectorXd newton_step(const ReturnPoint& p) {
     A.topRightCorner(size, 1) = p.flow / unit;
     A.bottomLeftCorner(1, size) = p.flow.transpose() / unit;
   }
-  VectorXd step = MinimumNorm(A, neutral).solve(change);
+  VectorXd step = MinimumNorm(A, neutral_direction).solve(change);
   if (extra > 0) step[size] /= unit;
   return step;
 }
@@ -71,7 +62,7 @@ VectorXd newton_step(const ReturnPoint& p) {
 bool advance(ReturnMap& map, ReturnPoint& p, std::string& reason) {
   const auto step = newton_step(p);
   const double length = map.length();
-  for (double share = 1; share >= least_share; share *= 0.5) {
+  for (double share = 1; share >= least_newton_share; share *= 0.5) {
     auto s = p.state;
     if (map.autonomous()) {
       const double ratio = 1 + share * step[step.size() - 1];
@@ -259,21 +250,19 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& secti
     if (!p.end.refused.empty() && p.end.stopped.empty())
       p.failure += "; a fraction of a period in settle moves the section";
   };
-  const double errors =
-      accepted_errors * (family == Family::penalty ? given.penalty.tolerance : given.nonsmooth.tolerance);
-  double accepted = errors;
+  double accepted = 0;
   std::string reason;
   bool exhausted = false;
   const auto search = [&] {
     exhausted = false;
     for (int i = 0; map.size() > 0 && p.failure.empty(); ++i) {
-      exhausted = i == most_iterations;
+      exhausted = i == most_newton_steps;
       if (exhausted) return;
       const double before = p.greatest;
       if (before == 0 || !advance(map, p, reason)) return;
       ++found.iterations;
       if (p.greatest <= 0.5 * before) continue;
-      accepted = std::max(errors, map.rounding(p));
+      accepted = map.accepted(p);
       if (p.greatest <= accepted) return;
       // The search has come to the errors of the steps, or it converges slowly.
       if (p.end.stepped && p.greatest <= step_error(given, system, map, p, request.stop)) return;
@@ -284,7 +273,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& secti
     begin();
     reason = p.failure;
     if (why.empty()) search();
-    if (why.empty() && p.failure.empty()) accepted = std::max(errors, map.rounding(p));
+    if (why.empty() && p.failure.empty()) accepted = map.accepted(p);
     const bool ends = p.end.stepped || (p.failure.empty() && p.greatest <= accepted);
     if ((why.empty() && ends) || moves == most_moves) break;
     auto later = later_section(given, system, family, start, map.length(), request.stop);

@@ -16,13 +16,9 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-constexpr int most_shots = 40;
-/// Newton steps are shortened at most to this share.
-constexpr double least_shot = 1e-3;
 /// The search has arrived where the states agree to this multiple of nonsmooth.tolerance; the map of all
 /// periods does the rest.
 constexpr double near_enough = 10;
-constexpr double neutral_directions = 1e-9;
 
 /// A period with the local coordinates of its beginning.
 struct Period {
@@ -52,7 +48,7 @@ class PeriodsOfMotion {
   /// A Newton step, shortened until the greatest difference falls; false if there is none.
   bool advance() {
     const auto step = newton_step();
-    for (double share = 1; share >= least_shot; share *= 0.5) {
+    for (double share = 1; share >= least_newton_share; share *= 0.5) {
       PeriodsOfMotion next(scene_, system_, period_, stop_);
       if (!next.move_from(*this, share * step) || !(next.greatest_ < greatest_)) continue;
       all_ = std::move(next.all_);
@@ -114,7 +110,7 @@ class PeriodsOfMotion {
             next.local(all_[k].point.end.columns[static_cast<std::size_t>(c)]);
       A.block(row, row, rows, rows) -= MatrixXd::Identity(rows, rows);
     }
-    return MinimumNorm(A, neutral_directions).solve(b);
+    return MinimumNorm(A, neutral_direction).solve(b);
   }
 
   bool move_from(const PeriodsOfMotion& from, const VectorXd& u) {
@@ -148,7 +144,7 @@ std::optional<Shooting> shoot_periods(const Scene& scene, const System& system, 
   if (!motion.follow(start, periods)) return {};
   Shooting found;
   while (motion.greatest() > near_enough * scene.nonsmooth.tolerance) {
-    if (found.iterations == most_shots || !motion.advance()) return {};
+    if (found.iterations == most_newton_steps || !motion.advance()) return {};
     ++found.iterations;
   }
   found.first = motion.first();

@@ -260,6 +260,11 @@ ReturnPoint ReturnMap::at(const SectionState& s, int steps, const MapKey* key) c
   return p;
 }
 
+double ReturnMap::accepted(const ReturnPoint& p) const {
+  const double tolerance = family_ == Family::penalty ? scene_.penalty.tolerance : scene_.nonsmooth.tolerance;
+  return std::max(accepted_errors * tolerance, rounding(p));
+}
+
 double ReturnMap::rounding(const ReturnPoint& p) const {
   const auto n = p.state.q.size();
   const double time = std::max(std::abs(p.state.t), std::abs(p.end.state.t));

@@ -38,6 +38,21 @@ namespace freeplay {
 /// Steps of the variational equations over all periods: at least this number.
 inline constexpr int fewest_map_steps = 64;
 
+// Tolerances of the Newton methods on the map (orbit.cpp, orbit_shooting.cpp, branch_solver.cpp). A residual
+// of 1 is the error of a step at tolerance 1.
+
+/// A motion is accepted as periodic up to this multiple of the formulation's tolerance: the errors of the
+/// steps of some periods, or up to its rounding errors if those are greater (ReturnMap::accepted()).
+inline constexpr double accepted_errors = 1e3;
+/// Directions in which the residual changes less than this, relative to the greatest change, are neutral: the
+/// mechanism has a family of periodic motions along them, and Newton steps do not follow them.
+inline constexpr double neutral_direction = 1e-9;
+/// A Newton step is halved until it reduces the residual, down to this share. A search ends where no share
+/// does: at a jump of the map, or at its errors, which are accepted if they are below the bound above.
+inline constexpr double least_newton_share = 1e-3;
+/// Most Newton steps of a search from a motion that is not periodic.
+inline constexpr int most_newton_steps = 40;
+
 /// A state of the section, in penalty runs with the modes of all contacts.
 struct SectionState : State {
   std::vector<PenaltyMode> contacts;
@@ -116,15 +131,17 @@ class ReturnMap {
   std::string move(const Eigen::VectorXd& u, SectionState& s) const { return shift(displacement(u), s); }
   /// The map at a state. `steps`: least number of steps; `key`: may be null.
   ReturnPoint at(const SectionState& s, int steps = fewest_map_steps, const MapKey* key = nullptr) const;
-  /// Residual of an exact motion by rounding errors, as ReturnPoint::greatest: rounded coordinates and times,
-  /// carried through the derivative of the map.
-  double rounding(const ReturnPoint& p) const;
+  /// Greatest residual with which a motion counts as periodic.
+  double accepted(const ReturnPoint& p) const;
   /// The map at a state without its derivative.
   ReturnPoint value(const SectionState& s, int steps) const;
   /// The motion to another time t (s) of the section, whose columns carry a tangent of a branch along.
   ReturnPoint until(const SectionState& s, double t, int steps, const MapKey* key) const;
 
  private:
+  /// Residual of an exact motion by rounding errors, as ReturnPoint::greatest: rounded coordinates and times,
+  /// carried through the derivative of the map.
+  double rounding(const ReturnPoint& p) const;
   ReturnPoint run(const SectionState& s, double length, int steps, const MapKey* key, bool to_return) const;
   double time_unit() const;
   VariedKey direction(const SectionState& s, Eigen::Index c) const;
