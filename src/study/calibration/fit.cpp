@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "numerics/bracketed_root.hpp"
 #include "numerics/quantiles.hpp"
 #include "study/calibration/calibrate.hpp"
 
@@ -214,31 +215,19 @@ class Profile {
     places_[end] = here.xi;
     ends_[end] = crossed ? between(inside, outside, places_[end]) : static_cast<double>(way);
   }
-  /// Intersection of the profile with the level, by regula falsi (Illinois variant).
+  /// Intersection of the profile with the level. `place`: there.
   double between(Place inside, const Place& outside, Vector& place) {
     const double level = best_.value + most_;
-    double a = inside.xi[j_], b = outside.xi[j_], fa = inside.value - level, fb = outside.value - level;
-    double x = a;
-    for (int i = 0, side = 0; i < 40 && std::abs(b - a) > 1e-6; ++i) {
-      x = (a * fb - b * fa) / (fb - fa);
+    Place low = inside, high = outside;
+    if (low.xi[j_] > high.xi[j_]) std::swap(low, high);
+    const auto excess = [&](double x) {
       auto middle = at(x, inside.xi);
-      const double fx = middle.value - level;
       place = middle.xi;
-      if (std::abs(fx) < 1e-6) break;
-      if (fx <= 0) {
-        a = x;
-        fa = fx;
-        inside = std::move(middle);
-        if (side == -1) fb *= 0.5;
-        side = -1;
-      } else {
-        b = x;
-        fb = fx;
-        if (side == 1) fa *= 0.5;
-        side = 1;
-      }
-    }
-    return x;
+      const double found = middle.value - level;
+      if (found <= 0) inside = std::move(middle);
+      return std::abs(found) < 1e-6 ? 0 : found;
+    };
+    return bracketed_root(excess, low.xi[j_], high.xi[j_], low.value - level, high.value - level, {20, 40});
   }
 
   const Minimiser& f_;
