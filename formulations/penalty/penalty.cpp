@@ -14,8 +14,6 @@
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/penalty/stepper.hpp"
-#include "formulations/penalty/stepper_modes.hpp"
-#include "formulations/penalty/stepper_search.hpp"
 #include "mechanism/scene.hpp"
 #include "values/diagnostic.hpp"
 
@@ -99,18 +97,19 @@ class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltyStep
     std::vector<std::string> notes;
     law_notes(notes);
     unseen_note(stepper_.unseen(), notes);
-    if (stepper_.pulse() > 0.1) notes.push_back(diagnostic<Diagnostic::torque_pulse>(stepper_.pulse()));
+    if (stepper_.errors().pulse() > 0.1)
+      notes.push_back(diagnostic<Diagnostic::torque_pulse>(stepper_.errors().pulse()));
     // A sine in n steps per period of fourth order has a relative error of its integral of
     // (2π/n)⁴/2880, 1e-4 for n = 8, half the number that curves require.
-    if (stepper_.coarse() > 2)
-      notes.push_back(diagnostic<Diagnostic::step_over_curve>(stepper_.coarse(),
-                                                              scene_.penalty.step / stepper_.coarse()));
+    if (stepper_.errors().coarse > 2)
+      notes.push_back(diagnostic<Diagnostic::step_over_curve>(
+          stepper_.errors().coarse, scene_.penalty.step / stepper_.errors().coarse));
     if (scene_.penalty.integrator == Integrator::rk4) {
       const double pull = scene_.penalty.step * std::max(scene_.penalty.alpha, scene_.penalty.beta);
       if (scene_.penalty.stabilisation == Stabilisation::baumgarte && pull > 1)
         notes.push_back(diagnostic<Diagnostic::stiff_stabilisation>(1 / pull, 2.785 / scene_.penalty.step));
       if (stepper_.reliefs() > 0) notes.push_back(diagnostic<Diagnostic::stiff_friction>(stepper_.reliefs()));
-      const auto& contact = stepper_.short_contact();
+      const auto& contact = stepper_.errors().short_contact;
       if (contact.lost > 4e-5 * contact.greatest)
         notes.push_back(diagnostic<Diagnostic::short_contact>(contact.duration / scene_.penalty.step,
                                                               contact.duration / 20));

@@ -1,9 +1,14 @@
 // PenaltyStepper: steps of the penalty formulation. A step of the integration method in the present
-// mode is followed by a search for contact events within it (stepper_search.hpp). If there is one,
-// the step is repeated to end exactly at the first event, and the mode changes there
-// (stepper_modes.hpp). Who makes a stepper includes these two as well.
+// mode is followed by a search for contact events within it. If there is one, the step is repeated to
+// end exactly at the first event, and the mode changes there. The stepper owns the data of the step and
+// calls its parts, which get these data as an argument:
 //
-// It owns the dynamics, the method, the marks of all contacts and the diagnostics of the run.
+//   PenaltyMotion     the mechanism in its mode, the method, contacts at the ends of the step
+//   PenaltySearch     finds the first event of a step, and repeats the step to end there
+//   ModeChange        changes the mode, and records contact events
+//   PenaltyPace       finds out whether steps make progress
+//   PenaltyForces     evaluates forces for observers
+//   FixedStepErrors   errors of fixed steps, for notes
 #pragma once
 
 #include <fmt/format.h>
@@ -11,19 +16,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
-#include <numbers>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <string>
 
-#include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/curve_limit.hpp"
-#include "formulations/integrators/kinks.hpp"
-#include "formulations/integrators/methods.hpp"
-#include "formulations/penalty/dynamics.hpp"
-#include "formulations/probe.hpp"
+#include "formulations/penalty/mode_change.hpp"
+#include "formulations/penalty/penalty_forces.hpp"
+#include "formulations/penalty/penalty_motion.hpp"
+#include "formulations/penalty/penalty_search.hpp"
+#include "formulations/penalty/step_findings.hpp"
 #include "simulation/force_integral.hpp"
 #include "simulation/residuals.hpp"
 
@@ -34,413 +36,228 @@ class PenaltyStepper {
  public:
   /// `pace`: characteristic time of the scene (s), Scales::time.
   PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor, double pace)
-      : f_(std::move(dynamics)), method_(std::move(method)), v0_floor_(v0_floor), pace_(pace) {
-    const int contacts = f_.system().contacts();
-    mark_.resize(contacts);
-    was_.resize(contacts);
-    end_.resize(contacts);
-    unloaded_.resize(static_cast<std::size_t>(contacts));
-    seen_.resize(static_cast<std::size_t>(contacts));
-    const int n = f_.system().n();
-    for (int k = 0; k < contacts; ++k)
-      for (const int body : f_.system().contact_facts(k).bodies)
-        for (int c = 0; body != ground && c < planar::coordinates; ++c)
-          for (const int at : {planar::first(body) + c, n + planar::first(body) + c})
-            seen_[static_cast<std::size_t>(k)].push_back(at);
-    for (int k = 0; f_.bristles() && k < contacts; ++k)
-      seen_[static_cast<std::size_t>(k)].push_back(f_.bristle_offset() + k);
-    for (auto* x : {&scratch_, &slope_, &moving_}) x->resize(f_.size());
-    extremes_.penetration.assign(contacts, 0);
+      : m_(std::move(dynamics), std::move(method), v0_floor), pace_(pace, m_.f.system().contacts()) {
+    extremes_.penetration.assign(m_.mark.size(), 0);
   }
 
-  void start(const State& state, ContactLog& log);
+  void start(const State& state, ContactLog& log) {
+    modes_.start(log);
+    std::ranges::fill(m_.scratch, 0);
+    std::ranges::copy(state.q, m_.scratch.begin());
+    std::ranges::copy(state.v, m_.scratch.begin() + m_.f.system().n());
+    std::ranges::copy(state.z, m_.scratch.begin() + m_.f.state_offset());
+    for (auto& c : m_.f.contacts()) c.closed = false;
+    m_.f.phases.start(m_.f.system(), state.q.data(), state.v.data());
+    m_.method.start(m_.f, state.t, m_.scratch);
+    m_.f.place_end(m_.method.x, state.t);
+    for (int k = 0; k < m_.f.system().contacts(); ++k) m_.mark[k].at = m_.sample_end(k);
+    search_.find_unloaded(m_);
+    for (int k = 0; k < m_.f.system().contacts(); ++k)
+      if (m_.watched(k, m_.mark[k].at).value < 0 || (m_.mark[k].at.gap == 0 && m_.mark[k].at.rate < 0))
+        modes_.close(m_, k);
+    // Energy stored in contacts that are compressed at the start is not work of this run.
+    m_.method.x[m_.f.integral_offset() + PenaltyDynamics::contact_work] =
+        m_.f.elastic_energy(m_.method.x, state.t).dissipative;
+  }
   /// After start(): closed contacts continue an earlier run, with the data that they retained there.
-  void resume(const std::vector<PenaltyMode>& modes);
+  void resume(const std::vector<PenaltyMode>& modes) {
+    for (std::size_t k = 0; k < modes.size(); ++k) {
+      auto& c = m_.f.contacts()[k];
+      if (!c.closed || !modes[k].closed) continue;
+      const int zone = c.zone;  // follows from the state
+      c.mode() = modes[k];
+      c.zone = zone;
+    }
+  }
 
   template <class M>
   void serialize(M& m) {
     m.part("penalty stepper");
-    m(f_, method_, mark_, extremes_, restart_, stalled_, creeps_, lost_, creep_since_, events_since_,
-      last_slide_, unseen_, chatter_, short_, pulses_, coarse_, paced_, paced_since_);
-    serialize_probe(m, probe_, watching_, [this] { make_probe(); });
+    m(m_, search_, modes_, pace_, errors_, extremes_, lost_);
+    forces_.serialize(m, m_.f);
   }
 
-  double t() const { return method_.t; }
-  double t_old() const { return method_.t_old; }
-  const double* v() const { return method_.x.data() + f_.system().n(); }
-  const double* v_old() const { return method_.x_old.data() + f_.system().n(); }
+  double t() const { return m_.method.t; }
+  double t_old() const { return m_.method.t_old; }
+  const double* q() const { return m_.q(); }
+  const double* v() const { return m_.v(); }
+  const double* v_old() const { return m_.v_old(); }
   void interpolate(double t, double* q, double* v) const {
-    const int n = f_.system().n();
-    const Vector* x = &method_.x;
-    if (t < method_.t) {
-      method_.show(t, static_cast<std::size_t>(n), scratch_);
-      x = &scratch_;
+    const int n = m_.f.system().n();
+    const Vector* x = &m_.method.x;
+    if (t < m_.method.t) {
+      m_.method.show(t, static_cast<std::size_t>(n), m_.scratch);
+      x = &m_.scratch;
     }
     std::copy(x->begin(), x->begin() + n, q);
     std::copy(x->begin() + n, x->begin() + 2 * n, v);
   }
-
-  const double* q() const { return method_.x.data(); }
   std::span<const double> z() const {
-    return {method_.x.data() + f_.state_offset(), static_cast<std::size_t>(f_.system().states())};
+    return {m_.method.x.data() + m_.f.state_offset(), static_cast<std::size_t>(m_.f.system().states())};
   }
-  std::span<const double> multipliers() const { return f_.multipliers(); }
+  std::span<const double> multipliers() const { return m_.f.multipliers(); }
 
   /// @name Forces; see Step
   ///@{
-  void watch_forces(bool on) {
-    watching_ = on;
-    if (on && !probe_) make_probe();
-  }
+  void watch_forces(bool on) { forces_.watch(on, m_.f); }
   void forces(double t, Forces& out) {
-    if (t < method_.t)
-      method_.show(t, static_cast<std::size_t>(f_.system().n()), moving_);
+    if (t < m_.method.t)
+      m_.method.show(t, static_cast<std::size_t>(m_.f.system().n()), m_.moving);
     else
-      moving_ = method_.x;
-    for (std::size_t k = 0; k < was_.size(); ++k) probe_->contacts()[k].mode() = was_[k];
-    probe_->phases = was_phases_;
-    probe_->knot = f_.knot;
-    probe_->report(moving_, t, slope_, out);
+      m_.moving = m_.method.x;
+    forces_.at(m_.f, m_.moving, t, out);
   }
-  void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, at_, sum); }
-  const Forces& before() const { return nothing_; }
-  const Forces& within() const { return within_; }
+  void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, forces_.scratch(), sum); }
+  const Forces& before() const { return forces_.before(); }
+  const Forces& within() const { return forces_.within(); }
   ///@}
 
   bool step(double t_end) {
-    if (watching_) keep_modes();
+    auto& f = m_.f;
+    auto& method = m_.method;
+    forces_.keep_mode(f);
     const double run_end = t_end;
     // Knots of tables end steps, so that no step crosses a kink of a torque or misses a pulse.
-    const double knot = f_.knot = f_.system().next_knot(method_.t);
+    const double knot = f.knot = f.system().next_knot(method.t);
     // A jump of a prescribed acceleration at the knot belongs to the next step.
-    if (f_.system().has_motions()) f_.knot = std::nextafter(knot, method_.t);
-    if (restart_) method_.renew(f_);
-    restart_ = false;
-    find_unloaded();
+    if (f.system().has_motions()) f.knot = std::nextafter(knot, method.t);
+    if (m_.restart) method.renew(f);
+    m_.restart = false;
+    search_.find_unloaded(m_);
     const bool to_knot = knot < t_end;
     if (to_knot) t_end = knot;
-    t_end = std::min(t_end, method_.t + longest_step(f_.system(), v()));
+    t_end = std::min(t_end, method.t + longest_step(f.system(), v()));
     if (!step_within_curves(t_end)) return false;
-    if (++f_.work.steps % 100000 == 0 && (creeps_ = creep(run_end))) return false;
-    f_.work.rejected = method_.rejected;
-    Event first;
-    first.t = method_.t;
-    enclose();
-    f_.place_end(method_.x, method_.t);
-    for (int k = 0; k < f_.system().contacts(); ++k) {
-      end_[k] = sample_end(k);
-      if (!std::isfinite(end_[k].gap + end_[k].rate + end_[k].slide)) return lose();
-      find_gap_event(k, first);
-      find_slide_event(k, first);
-      find_impact_event(k, first);
-      find_clamp_event(k, first);
+    if (++f.work.steps % 100000 == 0) {
+      const bool lasts = Method::may_creep && std::ranges::any_of(f.contacts(), &PenaltyContact::closed);
+      if (pace_.creeps(method.t, lasts, f.work.events, run_end)) return false;
     }
-    if (Method::fixed_step && leaps()) {
-      method_.start(f_, method_.t_old, Vector(method_.x_old));
-      method_.relieve();
+    f.work.rejected = method.rejected;
+    PenaltyEvent first;
+    first.t = method.t;
+    if (!search_.find_contact_event(m_, first)) return lose();
+    if (Method::fixed_step && search_.leaps(m_)) {
+      method.start(f, method.t_old, Vector(method.x_old));
+      method.relieve();
       return step(run_end);
     }
-    find_phase_event(first);
-    find_limit_event(first);
-    if constexpr (Method::fixed_step) keep_pulse();
+    search_.find_kink(m_, first);
+    if constexpr (Method::fixed_step) errors_.keep_pulse(f.system(), method);
     const bool cut = first.found();
-    if (cut)
-      land_on_first(
-          method_, first, [&](Event& event) { land(event); },
-          [&](const Event& landed) {
-            Event lost;
-            lost.t = method_.t;
-            if (!enclose()) return lost;
-            f_.place_end(method_.x, method_.t);
-            for (int k = 0; k < f_.system().contacts(); ++k) {
-              end_[k] = sample_end(k);
-              if (k != landed.contact) find_gap_event(k, lost);
-            }
-            return lost;
-          });
-    if (f_.projects()) {
-      f_.project(method_.x, method_.t);
-      if (watching_) {
-        within_.clear();
-        f_.report_projection(method_.x, within_);
-      }
-      restart_ = true;
+    if (cut) search_.land_on_first(m_, first);
+    if (f.projects()) {
+      f.project(method.x, method.t);
+      forces_.keep_projection(f, method.x);
+      m_.restart = true;
     }
-    if (!std::isfinite(std::accumulate(method_.x.begin(), method_.x.end(), method_.t))) return lose();
-    keep_residuals(f_.system(), f_.evaluation(), extremes_);
-    extremes_.friction_residual = f_.friction_residual();
-    if (cut) f_.place_end(method_.x, method_.t);
-    for (int k = 0; k < f_.system().contacts(); ++k) {
-      const Sample before = mark_[k].at;
-      if (cut) end_[k] = sample_end(k);
-      mark_[k].at = end_[k];
-      f_.contacts()[k].eased = f_.contacts()[k].eased || end_[k].rate > 0;
-      auto& c = f_.contacts()[k];
-      if (!c.closed) continue;
-      const bool turned = before.rate < 0 && end_[k].rate > 0;
-      extremes_.penetration[k] =
-          std::max(extremes_.penetration[k], -(turned ? least_gap(k, before) : end_[k].gap));
-      if (c.rubs() && first.contact != k) follow_zone(k);
+    if (!std::isfinite(std::accumulate(method.x.begin(), method.x.end(), method.t))) return lose();
+    keep_residuals(f.system(), f.evaluation(), extremes_);
+    extremes_.friction_residual = f.friction_residual();
+    keep_contacts(first, cut);
+    if (cut) modes_.change(m_, first, errors_);
+    if (to_knot && method.t >= knot) {
+      method.limit_step(INFINITY);
+      m_.restart = true;
     }
-    if (first.found()) change_mode(first);
-    if (first.contact >= 0) change_coincident(first);
-    if (first.found()) inform_method(first);
-    if (to_knot && method_.t >= knot) {
-      method_.limit_step(INFINITY);
-      restart_ = true;
-    }
-    return progresses(first.found(), run_end);
+    return pace_.progresses(method.t_old, method.t, cut, run_end);
   }
   /// The reason why step() returned false.
-  std::string failure() const;
-
-  const PenaltyDynamics& dynamics() const { return f_; }
-  const Vector& x() const { return method_.x; }
-  const Vector& x_old() const { return method_.x_old; }
-  /// How often an implicit step replaced the chosen method.
-  long reliefs() const { return method_.reliefs(); }
-  /// Greatest possible depth of an undetected contact between the evaluated times, over its
-  /// clearance; 0: excluded.
-  double unseen() const { return unseen_; }
-  /// Greatest change of a speed by the change of its acceleration in one step, over the greatest
-  /// speed (fixed steps, tables).
-  double pulse() const {
-    double most = 0;
-    for (const auto& p : pulses_) most = std::max(most, p.change > 0 ? p.change / p.speed : 0);
-    return most;
+  std::string failure() const {
+    if (lost_)
+      return fmt::format(
+          "t = {:.9g} s: the state is no longer finite; use a smaller penalty.tolerance or penalty.step",
+          t_old());
+    if (m_.f.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), m_.f.trouble());
+    if (pace_.creeps())
+      return fmt::format(
+          "t = {:.9g} s: steps of {:.2g} s, the motion is too stiff for this integrator; use "
+          "penalty.integrator = \"rosenbrock4\" or, for contacts from rest, a greater penalty.v0_floor",
+          t(), t() - t_old());
+    if (pace_.stalled())
+      return fmt::format(
+          "t = {:.9g} s: {} repeatedly without progress in time; use a smaller penalty.step or "
+          "penalty.tolerance",
+          t(),
+          m_.f.system().contacts() > 0 ? "a contact opens and closes"
+                                       : "an angle or a length crosses a kink of its table");
+    return fmt::format(
+        "t = {:.9g} s: every step is rejected, however small: the motion may be singular there (such as at "
+        "a change point), or penalty.tolerance is below rounding error",
+        t_old());
   }
-  /// Error of fixed steps in the impulses of short contacts: a half sine in n steps of fourth order
-  /// has a relative error of (π/n)⁴/120, 4e-5 for n = 12.
-  struct ShortContact {
-    double lost = 0;      ///< m/s, the greatest error as a speed
-    double duration = 0;  ///< s, duration of that contact
-    double greatest = 0;  ///< m/s, greatest speed change by a contact
-    template <class M>
-    void serialize(M& m) {
-      m(lost, duration, greatest);
-    }
-  };
-  const ShortContact& short_contact() const { return short_; }
-  /// Greatest length of a fixed step over the limit by the curves that it reads.
-  double coarse() const { return coarse_; }
-  EnergyLedger integrals() { return f_.ledger(method_.x, method_.t); }
+
+  const PenaltyDynamics& dynamics() const { return m_.f; }
+  const Vector& x() const { return m_.method.x; }
+  const Vector& x_old() const { return m_.method.x_old; }
+  /// How often an implicit step replaced the chosen method.
+  long reliefs() const { return m_.method.reliefs(); }
+  /// See PenaltySearch.
+  double unseen() const { return search_.unseen(); }
+  const FixedStepErrors& errors() const { return errors_; }
+  EnergyLedger integrals() { return m_.f.ledger(m_.method.x, m_.method.t); }
   /// J, work of drives and of loads.
   std::array<double, 2> outside_work() const {
-    const double* w = method_.x.data() + f_.integral_offset();
+    const double* w = m_.method.x.data() + m_.f.integral_offset();
     return {w[PenaltyDynamics::drive], w[PenaltyDynamics::load]};
   }
-  const Work& work() const { return f_.work; }
+  const Work& work() const { return m_.f.work; }
   const Extremes& extremes() const { return extremes_; }
 
  private:
-  void make_probe() {
-    probe_ = f_.twin();
-    nothing_ = within_ = at_ = f_.system().make_forces();
-  }
-  /// Copies the modes of the next step.
-  void keep_modes() {
-    for (std::size_t k = 0; k < was_.size(); ++k) was_[k] = f_.contacts()[k].mode();
-    was_phases_ = f_.phases;
-  }
-  /// Called after another hundred thousand steps: whether the run would never end. While a contact
-  /// lasts without any event, only stability requires such short steps, and a hundred million of
-  /// them are too many.
-  bool creep(double run_end);
-  /// Called after each step; false if many events or steps without length follow each other.
-  bool progresses(bool event, double run_end);
-  /// s: the time against which progress is measured, the rest of the run or a thousand times the
-  /// characteristic time. A longer run takes more steps, and is no stiffer.
-  double ahead(double run_end) const { return std::min(run_end - method_.t, 1000 * pace_); }
   /// Makes a step of the method, not beyond t_end, that passes over no curve. A fixed step is made
   /// as it is, and compared with the limit by its curves.
-  bool step_within_curves(double t_end);
-  /// Records how much the change of an angle's acceleration within the last step changes its speed,
-  /// if a torque table acts on it: the error of a method without error control at a steep pulse.
-  void keep_pulse();
-  void keep_short_contact(double duration, double change);
+  bool step_within_curves(double t_end) {
+    const double limit = curve_step_limit(m_.f.system(), m_.method.t, m_.q(), m_.v(), Knots::located);
+    if constexpr (!Method::fixed_step) t_end = std::min(t_end, m_.method.t + limit);
+    for (;;) {
+      if (!m_.method.step(m_.f, t_end)) return false;
+      const double h = m_.method.t - m_.method.t_old;
+      const double beyond = curve_overreach(m_.f.system(), m_.method.t_old, m_.method.x_old.data(),
+                                            m_.v_old(), m_.method.t, m_.q(), m_.v(), Knots::located);
+      if constexpr (Method::fixed_step) {
+        errors_.coarse = std::max({errors_.coarse, h / limit, beyond});
+        return true;
+      }
+      if (!(beyond > 1)) return true;
+      t_end = m_.method.t_old + h / beyond;
+      if (!(t_end > m_.method.t_old)) return true;  // time resolves no shorter step
+      ++m_.method.rejected;
+      m_.scratch = m_.method.x_old;
+      m_.method.start(m_.f, m_.method.t_old, m_.scratch);
+    }
+  }
+  /// Contacts at the end of a step; `cut`: shortened to the event `first`.
+  void keep_contacts(const PenaltyEvent& first, bool cut) {
+    if (cut) m_.f.place_end(m_.method.x, m_.method.t);
+    for (int k = 0; k < m_.f.system().contacts(); ++k) {
+      const ContactSample before = m_.mark[k].at;
+      if (cut) m_.end[k] = m_.sample_end(k);
+      const auto& end = m_.mark[k].at = m_.end[k];
+      auto& c = m_.f.contacts()[k];
+      c.eased = c.eased || end.rate > 0;
+      if (!c.closed) continue;
+      const bool turned = before.rate < 0 && end.rate > 0;
+      extremes_.penetration[k] =
+          std::max(extremes_.penetration[k], -(turned ? search_.least_gap(m_, k, before) : end.gap));
+      if (c.rubs() && first.contact != k) modes_.follow_zone(m_, k);
+    }
+  }
   /// Restores the last finite state.
   bool lose() {
     lost_ = true;
-    method_.t = method_.t_old;
-    method_.x = method_.x_old;
+    m_.method.t = m_.method.t_old;
+    m_.method.x = m_.method.x_old;
     return false;
   }
-  /// Coincident events take a step without length each.
-  int most_stalled() const { return 10 + 2 * f_.system().contacts(); }
-  struct Sample {
-    double gap = 0, rate = 0;
-    double slide = 0;  // sliding speed, or load of a tangential spring that sticks
-    template <class M>
-    void serialize(M& m) {
-      m(gap, rate, slide);
-    }
-  };
-  struct Mark {
-    Sample at;                                   // end of the last step
-    double impulse_n = 0, impulse_t = 0, t = 0;  // at contact onset
-    template <class M>
-    void serialize(M& m) {
-      m(at, impulse_n, impulse_t, t);
-    }
-  };
-  struct Event {
-    int contact = -1;
-    // slide: the sliding speed reaches `boundary`; impact: an impact on a closed contact
-    // begins or ends; clamp: its force reaches zero, or leaves it
-    enum class Kind { gap, slide, impact, clamp } kind = Kind::gap;
-    double t = 0, boundary = 0;
-    Phases::Crossing crossing = {};  // or an angle reaches a kink of its table
-    Limits::Crossing limit = {};     // or the demand of a controller its limit
-    bool found() const { return contact >= 0 || crossing.phase >= 0 || limit.found(); }
-  };
 
-  Sample sampled(int k, const ContactRow& row, const Vector& x) const {
-    const double* v = x.data() + f_.system().n();
-    Sample s{row.gap, row.normal.dot(v), row.tangent.dot(v)};
-    const auto& c = f_.contacts()[k];
-    if (c.shear && c.closed && c.zone == 0) [[unlikely]]
-      s.slide = c.shear->load(c.normal_force(s.gap, s.rate), x[f_.bristle_offset() + k]);
-    return s;
-  }
-  Sample sample(int k, const Vector& x, double t) { return sampled(k, f_.contact_row(k, x, t), x); }
-  /// At the present state, which place_end() has evaluated.
-  Sample sample_end(int k) { return sampled(k, f_.end_row(k, method_.x), method_.x); }
-  Sample sample_at(int k, double t) {
-    if (t >= method_.t) return end_[k];
-    // With the two bodies of the contact only, because scenes of many contacts call this for each.
-    if constexpr (Method::cubic) {
-      method_.hermite(t, seen_[static_cast<std::size_t>(k)], scratch_);
-      return sampled(k, f_.row_alone(k, scratch_), scratch_);
-    }
-    method_.interpolate(t, scratch_);
-    return sample(k, scratch_, t);
-  }
-  /// Bounds the last step's motion; returns false if it has no length.
-  bool enclose();
-  /// Sets unloaded_ for the next step.
-  void find_unloaded();
-  /// Depth (m) below zero gap at which an unloaded contact closes. The force there is 1e-10 or less
-  /// of that of an impact whose penetration is a thousandth of the clearance.
-  double unloaded_gap(int k) const {
-    return 1e-7 * f_.system().contact_facts(k).clearance + 64 * gap_rounding(f_.system(), k, q());
-  }
-  /// The value that is positive while the mode of contact k lasts.
-  Watched watched(int k, const Sample& s) const {
-    if (f_.contacts()[k].closed) return {-s.gap, -s.rate};
-    return {s.gap + (unloaded_[k] ? unloaded_gap(k) : 0), s.rate};
-  }
-  /// Finds the first change of sign of contact k's gap in the last step before first.t. Called
-  /// directly after end_[k] is set.
-  void find_gap_event(int k, Event& first);
-  void find_phase_event(Event& first);
-  void find_limit_event(Event& first);
-
-  /// Finds where the sliding speed of a closed contact leaves its zone within the step.
-  void find_slide_event(int k, Event& first);
-  /// Finds where a tangential spring that slips begins to stick within the step.
-  void find_slip_end(int k, Event& first);
-  /// The event of contact k where `value`, positive within its friction's zone, falls below zero.
-  template <class F>
-  void find_zone_end(int k, Event& first, double boundary, F value);
-  /// v_s of contact k in slip, times its direction; `slope` is dx/dt.
-  double slip(int k, const Vector& x, const Vector& slope, double t);
-  /// The time at which the rate of contact k's gap vanishes in the last step, whose ends have
-  /// opposite rates.
-  double root_of_rate(int k, double rate);
-  /// w of a closed contact (see contact_law.hpp).
-  double touch_speed(const PenaltyContact& c, const Sample& s) const {
-    return c.law.touch_speed(std::max(0.0, -s.gap), -s.rate, c.mass);
-  }
-  /// The acceleration that increases w while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ +
-  /// F_el/m), the external load less the damping.
-  double push(int k, const Vector& x, const Vector& slope, double t);
-  double gap_acceleration(int k, const Vector& x, const Vector& slope, double t);
-  /// Least gap of contact k in the last step, in which its rate changed sign; `before` is its
-  /// beginning. By the quintic through gaps, rates and accelerations at the ends, or by the
-  /// method's own interpolant.
-  double least_gap(int k, const Sample& before);
-  /// Finds the beginning or end of an impact on a closed contact. It begins if the contact has a
-  /// greater w than its v₀, or is compressed again. It ends if the load no longer exceeds the
-  /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
-  void find_impact_event(int k, Event& first);
-  /// Fixed steps: finds where the force of a closed contact reaches zero, where it is clamped, or leaves zero
-  /// again. Its kink there would limit their order.
-  void find_clamp_event(int k, Event& first);
-  struct Instant {
-    double t = 0;
-    Sample at = {};
-  };
-  /// The first such time between two times of the last step.
-  std::optional<double> impact_between(int k, const Instant& before, const Instant& after);
-  /// An impact on a closed contact begins, or ends and sets v₀.
-  void apply_impact(int k);
-  /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
-  /// law far beyond that zone. No motion does this: the step is unstable there.
-  bool leaps() const;
-  /// If the watched value was outside its zone at both ends of a step, it takes its actual zone.
-  void follow_zone(int k);
-
-  /// Repeats the step to end at the event.
-  void land(Event& event);
-
-  /// The zone of contact k's friction beyond the value `slide` of its watched function.
-  void enter_zone(int k, double slide);
-  void change_mode(const Event& event);
-  /// Informs the method of a new mode. A sliding speed that leaves one zone after another with
-  /// hardly a step between is caused by a step that is too long.
-  void inform_method(const Event& event);
-  /// Contacts whose gaps reach zero at the same instant, up to rounding, are part of the same
-  /// event.
-  void change_coincident(const Event& first);
-  double crank() const { return f_.system().crank_angle(method_.x.data()); }
-
-  void close(int k);
-  void open(int k);
-  double time_uncertainty() const { return 4e-16 * method_.t; }
-
-  PenaltyDynamics f_;
-  Method method_;
-  MotionBounds bounds_;  // of the last step
-  double v0_floor_, pace_;
-  ContactLog* log_ = nullptr;
-  std::vector<Mark> mark_;
-  /// Open contacts whose gap, its rate and its acceleration are zero up to rounding at the
-  /// beginning of the step: bodies in contact without load. Rounding changes the sign of such a gap
-  /// repeatedly; this is no contact event.
-  std::vector<char> unloaded_;
-  std::vector<Sample> end_;  // of the whole step, before it is shortened to an event
-  mutable Vector scratch_;
-  Limits limits_;
-  // components of the state on which a contact's gap and rates depend
-  std::vector<std::vector<int>> seen_;
+  PenaltyMotion<Method> m_;
+  PenaltySearch<Method> search_;
+  ModeChange<Method> modes_;
+  PenaltyPace pace_;
+  PenaltyForces forces_;
+  FixedStepErrors errors_;
   Extremes extremes_;
-  bool watching_ = false;
-  std::unique_ptr<PenaltyDynamics> probe_;  // made when forces are first observed
-  std::vector<PenaltyMode> was_;            // modes of the last step
-  Phases was_phases_;
-  Forces nothing_, within_, at_;
-  Vector slope_, moving_;
-  bool restart_ = false;  // the mode has changed since the last evaluation of the right-hand side
-  int stalled_ = 0;
-  bool creeps_ = false, lost_ = false;
-  double unseen_ = 0;  // greatest, over the clearance
-  ShortContact short_;
-  struct Pulse {
-    /// greatest change of the speed of a phase's argument in a step, and its greatest speed
-    double change = 0, speed = 0;
-    template <class M>
-    void serialize(M& m) {
-      m(change, speed);
-    }
-  };
-  std::vector<Pulse> pulses_;
-  double coarse_ = 0;
-  int paced_ = 0;  // number of events since paced_since_
-  double paced_since_ = -INFINITY;
-  long last_slide_ = 0;  // step
-  int chatter_ = 0;
-  double creep_since_ = -INFINITY;
-  long events_since_ = -1;
+  bool lost_ = false;
 };
 
 }  // namespace freeplay
