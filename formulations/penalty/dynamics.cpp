@@ -25,31 +25,23 @@ int count_bristles(const std::vector<PenaltyContact>& contacts) {
 
 PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& options,
                                  std::vector<PenaltyContact> contacts, RowFacts facts)
-    : system_(system),
+    : contact_rows(system),
+      system_(system),
       options_(options),
       facts_(facts),
-      projects_(options.stabilisation == Stabilisation::projection),
       bristles_(count_bristles(contacts)),
       contacts_(std::move(contacts)),
       saddle_(system.mass(), system.pattern(), SolvePath::automatic, facts),
       terms_(system, bristles_),
-      probe_{system.make_evaluation(), Vector(system.n())},
-      end_{system.make_evaluation(), Vector(system.n())},
-      end_rows_(contacts_.size()),
-      end_known_(contacts_.size()),
-      evaluated_(2 * static_cast<std::size_t>(system.n())),
+      evaluated_{Vector(2 * static_cast<std::size_t>(system.n()))},
       lambda_(system.rows()),
       r_(system.rows()),
       scratch_(system.n()),
       impulse_(system.rows()),
-      coupled_(system),
-      coupled_a_(terms_.coupled.size() * static_cast<std::size_t>(system.n())),
-      coupled_lambda_(terms_.coupled.size() * static_cast<std::size_t>(system.rows())) {
+      friction_(system) {
   saddle_.use(system.solve_functions());
-  if (options.stabilisation == Stabilisation::baumgarte) {
-    two_alpha_ = 2 * options.alpha;
-    beta_squared_ = options.beta * options.beta;
-  }
+  if (options.stabilisation == Stabilisation::baumgarte)
+    baumgarte_ = {2 * options.alpha, options.beta * options.beta};
 }
 
 template <class T>
@@ -118,7 +110,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   }
   for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
-    if (facts.reaction) {  // add_coupled() adds this friction, which depends on the reactions
+    if (facts.reaction) {  // ReactiveFriction adds this friction, which depends on the reactions
       auto& c = terms.coupled[static_cast<std::size_t>(reactive++)];
       system_.friction(k, q, v, e, c.row);
       c.u = c.row.dot(v);
@@ -132,7 +124,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   }
   for (int k = 0; !known && k < system_.rows(); ++k) {
     terms.rate[k] = row_dot(system_.pattern(), e.G.data(), k, v) + e.phi_t[k];
-    terms.r[k] = e.gamma[k] - two_alpha_ * terms.rate[k] - beta_squared_ * e.phi[k];
+    terms.r[k] = e.gamma[k] - baumgarte_.two_alpha * terms.rate[k] - baumgarte_.beta_squared * e.phi[k];
   }
 }
 
@@ -145,13 +137,12 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   const int n = system_.n(), m = system_.rows();
   const double *q = x.data(), *v = q + n, *z = q + state_offset();
   auto& e = terms_.e;
-  const double baumgarte[] = {two_alpha_, beta_squared_};
+  const double baumgarte[] = {baumgarte_.two_alpha, baumgarte_.beta_squared};
   const bool known =
       kernel_.state(system_, saddle_, e, {t, q, v, z}, baumgarte, terms_.rate.data(), terms_.r.data());
   if (known) e.pieces = phases.pieces();
   evaluate(q, v, q + bristle_offset(), z, t, terms_, known);
-  std::copy(q, q + 2 * n, evaluated_.begin());
-  evaluated_t_ = t;
+  evaluated_.set(x, t);
   ++work.factorisations;
   double* a = dxdt.data() + n;
   if (facts_.redundant) saddle_.expect_noise(rounding_of_rows(x.data(), v));
@@ -161,7 +152,8 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
     std::fill(a, a + n, __builtin_nan(""));  // the step is rejected
   if (!saddle_.converged()) std::fill(a, a + n, __builtin_nan(""));
   singular_ = singular_ || saddle_.singular();
-  if (coupled_.size() > 0 && !add_coupled(a)) std::fill(a, a + n, __builtin_nan(""));
+  if (friction_.laws.size() > 0 && !friction_.add(terms_, saddle_, facts_.redundant, a, lambda_))
+    std::fill(a, a + n, __builtin_nan(""));
 
   std::copy(v, v + n, dxdt.data());
   std::ranges::copy(terms_.impulse_rate, dxdt.begin() + impulse_offset());
@@ -195,41 +187,38 @@ double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const
       rates += std::abs(terms_.e.G[i] * v[p.column[i]]);
       places += std::abs(terms_.e.G[i] * q[p.column[i]]);
     }
-    most = std::max(most, rates * (fastest + two_alpha_) + places * beta_squared_);
+    most = std::max(most, rates * (fastest + baumgarte_.two_alpha) + places * baumgarte_.beta_squared);
   }
   return 16 * std::numeric_limits<double>::epsilon() * most;
 }
 
-/// Adds the effect of joint friction whose limit depends on the joint's reaction
-/// (coupled_friction.hpp) to a, to λ and to the friction loss. Returns false if the coupled
-/// equations have no solution or several.
-bool PenaltyDynamics::add_coupled(double* a) {
+bool ReactiveFriction::add(PenaltyTerms<double>& terms, SaddlePoint& saddle, bool redundant, double* a,
+                           std::vector<double>& lambda) {
   if (!std::isfinite(a[0])) return true;  // solving for a failed, in this stage or an earlier one
-  trouble_ = nullptr;
-  if (saddle_.singular() && !facts_.redundant) {
-    trouble_ =
+  trouble = nullptr;
+  if (saddle.singular() && !redundant) {
+    trouble =
         "constraint rows are linearly dependent, so the reactions that bound joint friction are not unique "
         "(redundant joints, or a singular position)";
     return false;
   }
-  const int n = system_.n(), m = system_.rows();
-  coupled_.base(lambda_.data());
-  for (int k = 0; k < coupled_.size(); ++k) {
-    const auto& c = terms_.coupled[static_cast<std::size_t>(k)];
-    saddle_.respond(c.row, nullptr, 0, response(k), reaction(k));
-    coupled_.factor(k) = c.factor;
-    coupled_.column(k, reaction(k));
+  laws.base(lambda.data());
+  for (int k = 0; k < laws.size(); ++k) {
+    const auto& c = terms.coupled[static_cast<std::size_t>(k)];
+    saddle.respond(c.row, nullptr, 0, response[k].data(), reaction[k].data());
+    laws.factor(k) = c.factor;
+    laws.column(k, reaction[k].data());
   }
-  if (const auto outcome = coupled_.solve(); outcome != CoupledFriction::Outcome::solved) {
-    trouble_ = words_of(outcome);
+  if (const auto outcome = laws.solve(); outcome != CoupledFriction::Outcome::solved) {
+    trouble = words_of(outcome);
     return false;
   }
-  friction_residual_ = std::max(friction_residual_, coupled_.residual());
-  for (int k = 0; k < coupled_.size(); ++k) {
-    const double f = coupled_.force(k);
-    for (int i = 0; i < n; ++i) a[i] += f * response(k)[i];
-    for (int i = 0; i < m; ++i) lambda_[i] += f * reaction(k)[i];
-    terms_.friction_loss -= f * terms_.coupled[static_cast<std::size_t>(k)].u;
+  residual = std::max(residual, laws.residual());
+  for (int k = 0; k < laws.size(); ++k) {
+    const double f = laws.force(k);
+    for (std::size_t i = 0; i < response[k].size(); ++i) a[i] += f * response[k][i];
+    for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] += f * reaction[k][i];
+    terms.friction_loss -= f * terms.coupled[static_cast<std::size_t>(k)].u;
   }
   return true;
 }
@@ -239,25 +228,26 @@ void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& ou
   const int n = system_.n();
   const double *q = x.data(), *v = q + n;
   const auto& e = terms_.e;
+  ContactRow row;
   out.clear();
   std::copy_n(dxdt.begin() + n, n, out.acceleration.begin());
   system_.report_rows(q, e, lambda_.data(), 1, out);
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed && !c.film) continue;
-    system_.contact(k, q, v, e, row_);
+    system_.contact(k, q, v, e, row);
     if (c.film)
-      if (const auto film = film_action(*c.film, v, row_))
-        system_.report_film(k, q, e, row_, film->normal, film->tangential, film->torque, 1, out);
+      if (const auto film = film_action(*c.film, v, row))
+        system_.report_film(k, q, e, row, film->normal, film->tangential, film->torque, 1, out);
     if (c.closed)
-      system_.report_contact(k, q, e, row_, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1,
+      system_.report_contact(k, q, e, row, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1,
                              out);
   }
   for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
     if (facts.reaction) {
       const auto& c = terms_.coupled[static_cast<std::size_t>(reactive)];
-      system_.report_friction(k, q, v, e, c.row, coupled_.force(reactive++), 1, out);
+      system_.report_friction(k, q, v, e, c.row, friction_.laws.force(reactive++), 1, out);
       continue;
     }
     system_.friction(k, q, v, e, terms_.slide);
@@ -276,7 +266,7 @@ void PenaltyDynamics::project(Vector& x, double t) {
   const int n = system_.n(), m = system_.rows();
   double* q = x.data();
   double* v = q + n;
-  evaluated_t_ = NAN;
+  evaluated_.t = NAN;
   const double before = system_.kinetic(v) + system_.potential(q);
   const auto move = [&](double* y, auto residual) {
     for (int k = 0; k < m; ++k) r_[k] = -residual(k);
@@ -292,46 +282,41 @@ void PenaltyDynamics::project(Vector& x, double t) {
   x[integral_offset() + stabilisation] += system_.kinetic(v) + system_.potential(q) - before;
 }
 
-Evaluation& PenaltyDynamics::placed(const Vector& x, double t) {
-  if (end_.is_at(x, t)) return end_.e;
-  probe_.place(system_, x, t);
-  return probe_.e;
+const Evaluation& ContactRows::placed(const Vector& x, double t) {
+  if (end_.at.is(x, t)) return end_.e;
+  any_.place(system_, x, t);
+  return any_.e;
 }
 
-const ContactRow& PenaltyDynamics::contact_row(int k, const Vector& x, double t) {
+const ContactRow& ContactRows::at(int k, const Vector& x, double t) {
   last_ = &placed(x, t);
   system_.contact(k, x.data(), x.data() + system_.n(), *last_, row_);
   return row_;
 }
 
-const ContactRow& PenaltyDynamics::row_alone(int k, const Vector& x) {
-  probe_.t = NAN;  // no longer that of one state
+const ContactRow& ContactRows::alone(int k, const Vector& x) {
+  any_.at.t = NAN;  // no longer that of one state
   for (const int body : system_.contact_facts(k).bodies)
     if (body != ground) {
       const double angle = planar::angle(x.data(), body);
-      probe_.e.cosine[static_cast<std::size_t>(body)] = std::cos(angle);
-      probe_.e.sine[static_cast<std::size_t>(body)] = std::sin(angle);
+      any_.e.cosine[static_cast<std::size_t>(body)] = std::cos(angle);
+      any_.e.sine[static_cast<std::size_t>(body)] = std::sin(angle);
     }
-  system_.contact(k, x.data(), x.data() + system_.n(), probe_.e, row_);
+  system_.contact(k, x.data(), x.data() + system_.n(), any_.e, row_);
   return row_;
 }
 
-void PenaltyDynamics::place_end(const Vector& x, double t) {
-  if (end_.is_at(x, t)) return;
+void ContactRows::place_end(const Vector& x, double t, const PenaltyTerms<double>* known,
+                            const std::vector<PenaltyContact>& contacts) {
   std::ranges::fill(end_known_, 0);
-  // A step ends with a right-hand side at its end. Pieces of curves may be others there.
-  const bool evaluated = evaluated_t_ == t && !phases.any() &&
-                         std::memcmp(evaluated_.data(), x.data(), evaluated_.size() * sizeof(double)) == 0;
-  if (!evaluated) return end_.place(system_, x, t);
-  const auto& e = terms_.e;
-  std::ranges::copy(e.cosine, end_.e.cosine.begin());
-  std::ranges::copy(e.sine, end_.e.sine.begin());
-  std::ranges::copy(e.G, end_.e.G.begin());
-  std::copy_n(x.data(), end_.q.size(), end_.q.data());
-  end_.t = t;
-  for (std::size_t k = 0; k < contacts_.size(); ++k)
-    if (contacts_[k].closed) {
-      const auto& row = terms_.rows[k];
+  if (!known) return end_.place(system_, x, t);
+  std::ranges::copy(known->e.cosine, end_.e.cosine.begin());
+  std::ranges::copy(known->e.sine, end_.e.sine.begin());
+  std::ranges::copy(known->e.G, end_.e.G.begin());
+  end_.at.set(x, t);
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    if (contacts[k].closed) {
+      const auto& row = known->rows[k];
       end_rows_[k].gap = row.gap;
       end_rows_[k].normal = row.normal;
       end_rows_[k].tangent = row.tangent;
@@ -339,7 +324,7 @@ void PenaltyDynamics::place_end(const Vector& x, double t) {
     }
 }
 
-const ContactRow& PenaltyDynamics::end_row(int k, const Vector& x) {
+const ContactRow& ContactRows::end(int k, const Vector& x) {
   auto& row = end_rows_[static_cast<std::size_t>(k)];
   if (end_known_[static_cast<std::size_t>(k)] == 0) {
     system_.contact(k, x.data(), x.data() + system_.n(), end_.e, row);
@@ -349,7 +334,7 @@ const ContactRow& PenaltyDynamics::end_row(int k, const Vector& x) {
 }
 
 double PenaltyDynamics::effective_mass(const ContactRow& row) {
-  if (!saddle_.factor(last_->G.data())) return 0;
+  if (!saddle_.factor(contact_rows.last().G.data())) return 0;
   saddle_.respond(row.normal, nullptr, 0, scratch_.data(), impulse_.data());
   const double mobility = row.normal.dot(scratch_.data());
   return mobility > 0 ? 1 / mobility : 0;
@@ -358,11 +343,11 @@ double PenaltyDynamics::effective_mass(const ContactRow& row) {
 PenaltyDynamics::Stored PenaltyDynamics::elastic_energy(const Vector& x, double t) {
   Stored sum;
   const auto n = static_cast<std::size_t>(system_.n());
-  const bool at_end = end_.is_at(x, t);
+  const bool at_end = contact_rows.is_end(x, t);
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed) continue;
-    const auto& row = at_end ? end_row(k, x) : contact_row(k, x, t);
+    const auto& row = at_end ? contact_rows.end(k, x) : contact_rows.at(k, x, t);
     const double delta = std::max(0.0, -row.gap), energy = c.law.elastic.energy(delta);
     sum.all += energy;
     if (c.law.dissipates()) sum.dissipative += energy;

@@ -134,6 +134,92 @@ struct ContactAnchor {
   double elastic = 0;  ///< F_el (N)
 };
 
+/// Gaps and rows of contacts at given states, beside those of the right-hand side. The evaluation at one state
+/// is not repeated.
+class ContactRows {
+ public:
+  using Vector = std::vector<double>;
+  explicit ContactRows(const System& system)
+      : system_(system),
+        any_{system.make_evaluation(), {Vector(system.n())}},
+        end_{system.make_evaluation(), {Vector(system.n())}},
+        end_rows_(static_cast<std::size_t>(system.contacts())),
+        end_known_(end_rows_.size()) {}
+
+  /// Contact k at any state x.
+  const ContactRow& at(int k, const Vector& x, double t);
+  /// The same without the constraint rows; only the state of the contact's own bodies has to be
+  /// valid.
+  const ContactRow& alone(int k, const Vector& x);
+  /// The evaluation at any state, without Φ and Φ_t, and that of the last at().
+  const Evaluation& placed(const Vector& x, double t);
+  const Evaluation& last() const { return *last_; }
+
+  /// @name All contacts at one state, which is evaluated once
+  ///@{
+  /// `known`: the terms there, with the rows of closed contacts; null: none.
+  void place_end(const Vector& x, double t, const PenaltyTerms<double>* known,
+                 const std::vector<PenaltyContact>& contacts);
+  bool is_end(const Vector& x, double t) const { return end_.at.is(x, t); }
+  /// Gap, normal and tangent of contact k at the x of the last place_end().
+  const ContactRow& end(int k, const Vector& x);
+  /// Bounds of the motion of its gap within a step that ends there.
+  GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
+    return system_.gap_motion(k, bounds, x.data(), end_.e);
+  }
+  ///@}
+
+  /// A time and the first components of a state.
+  struct Instant {
+    Vector x;
+    double t = NAN;
+    bool is(const Vector& of, double at) const {
+      return t == at && std::memcmp(x.data(), of.data(), x.size() * sizeof(double)) == 0;
+    }
+    void set(const Vector& of, double at) {
+      std::copy_n(of.data(), x.size(), x.data());
+      t = at;
+    }
+  };
+
+ private:
+  struct Placed {
+    Evaluation e;
+    Instant at;
+    void place(const System& system, const Vector& x, double t) {
+      if (at.is(x, t)) return;
+      system.place(t, x.data(), e);
+      at.set(x, t);
+    }
+  };
+  const System& system_;
+  Placed any_, end_;  // of at() and of place_end()
+  std::vector<ContactRow> end_rows_;
+  std::vector<char> end_known_;       // whether end_rows_ are those of end_
+  const Evaluation* last_ = nullptr;  // that of the last at()
+  ContactRow row_;                    // the result of the last at()
+};
+
+/// Friction of joints whose limit depends on the joint's reaction (coupled_friction.hpp).
+struct ReactiveFriction {
+  CoupledFriction laws;
+  /// Changes of a and of λ by a unit of each friction force.
+  std::vector<std::vector<double>> response, reaction;
+  /// The reason why it has no force at the last evaluation; nullptr if it has.
+  const char* trouble = nullptr;
+  /// Greatest residual of its equations in the run, over the greatest bound.
+  double residual = 0;
+
+  explicit ReactiveFriction(const System& system)
+      : laws(system),
+        response(laws.size(), std::vector<double>(static_cast<std::size_t>(system.n()))),
+        reaction(laws.size(), std::vector<double>(static_cast<std::size_t>(system.rows()))) {}
+  /// Adds its effect to a, to λ and to the friction loss. Returns false if the coupled equations have no
+  /// solution or several; `redundant`: the rows may be linearly dependent.
+  bool add(PenaltyTerms<double>& terms, SaddlePoint& saddle, bool redundant, double* a,
+           std::vector<double>& lambda);
+};
+
 class PenaltyDynamics {
  public:
   using Vector = std::vector<double>;
@@ -189,23 +275,14 @@ class PenaltyDynamics {
   int state_offset() const { return bristle_offset() + bristles_; }
   int integral_offset() const { return state_offset() + system_.states(); }
 
-  /// Evaluates contact k at any state x.
-  const ContactRow& contact_row(int k, const Vector& x, double t);
-  /// The same without the constraint rows; only the state of the contact's own bodies has to be
-  /// valid.
-  const ContactRow& row_alone(int k, const Vector& x);
-  /// @name All contacts at one state, which is evaluated once
-  ///@{
-  void place_end(const Vector& x, double t);
-  /// Gap, normal and tangent of contact k at the x of the last place_end().
-  const ContactRow& end_row(int k, const Vector& x);
-  /// Bounds of the motion of its gap within a step that ends there.
-  GapMotion gap_motion(int k, const MotionBounds& bounds, const Vector& x) const {
-    return system_.gap_motion(k, bounds, x.data(), end_.e);
+  /// Evaluates all contacts at one state, for contact_rows.end().
+  void place_end(const Vector& x, double t) {
+    if (contact_rows.is_end(x, t)) return;
+    // A step ends with a right-hand side at its end. Pieces of curves may be others there.
+    contact_rows.place_end(x, t, evaluated_.is(x, t) && !phases.any() ? &terms_ : nullptr, contacts_);
   }
-  ///@}
   /// Effective mass of an impact at contact k, 1/(W_Nᵀ A W_N) with the constraints kept, at the
-  /// state of contact_row().
+  /// state of the last contact_rows.at().
   double effective_mass(const ContactRow& row);
   /// Energy stored in closed contacts (J): in all, in those that dissipate, and in tangential
   /// springs.
@@ -218,14 +295,13 @@ class PenaltyDynamics {
   /// Projects x onto Φ = 0 and G v + Φ_t = 0 by the least mass-weighted change, and records the
   /// change of energy.
   void project(Vector& x, double t);
-  bool projects() const { return projects_; }
+  bool projects() const { return options_.stabilisation == Stabilisation::projection; }
 
   /// Makes a second object for the same scene with all contacts open, which can evaluate without
   /// changing the state of this one.
   std::unique_ptr<PenaltyDynamics> twin() const {
-    auto other = std::make_unique<PenaltyDynamics>(system_, options_, contacts_, facts_);
+    auto other = twin_of(system_, options_, contacts_);
     for (auto& c : other->contacts_) c.closed = false;
-    other->phases = phases;
     return other;
   }
   /// Makes an object for a system of the same structure with another value of a parameter.
@@ -247,14 +323,11 @@ class PenaltyDynamics {
   const std::vector<PenaltyContact>& contacts() const { return contacts_; }
   const Evaluation& evaluation() const { return terms_.e; }
   bool singular() const { return singular_; }
-  /// The reason why friction bounded by reactions has no force at the last evaluation; nullptr if
-  /// it has.
-  const char* trouble() const { return trouble_; }
-  /// Greatest residual of the equations of this friction in the run, over the greatest bound.
-  double friction_residual() const { return friction_residual_; }
+  const ReactiveFriction& reactive_friction() const { return friction_; }
   /// 1/s, the fastest rate of Baumgarte's terms.
-  double pull() const { return std::max(two_alpha_, std::sqrt(beta_squared_)); }
+  double pull() const { return std::max(baumgarte_.two_alpha, std::sqrt(baumgarte_.beta_squared)); }
   double nearest_singular() const { return saddle_.nearest_singular(); }
+  ContactRows contact_rows;
   Work work;
   Phases phases;  ///< the pieces of torque tables in the present mode
   /// s: the next knot of a table against time. A stage at the end of a step may be a rounding error
@@ -266,43 +339,23 @@ class PenaltyDynamics {
     m.part("penalty dynamics");
     for (auto& c : contacts_) m(c.mode());
     m(phases);
-    m(saddle_, singular_, work, friction_residual_);
+    m(saddle_, singular_, work, friction_.residual);
   }
 
  private:
   const System& system_;
   PenaltyOptions options_;
   RowFacts facts_;
-  double two_alpha_ = 0, beta_squared_ = 0;
-  bool projects_;
+  struct {
+    double two_alpha = 0, beta_squared = 0;
+  } baumgarte_;
   int bristles_ = 0;
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;
   PenaltyTerms<double> terms_;
-  /// The evaluation at one state, which is not repeated at the same state.
-  struct Placed {
-    Evaluation e;
-    std::vector<double> q;
-    double t = NAN;
-    bool is_at(const Vector& x, double at) const {
-      return t == at && std::memcmp(q.data(), x.data(), q.size() * sizeof(double)) == 0;
-    }
-    void place(const System& system, const Vector& x, double at) {
-      if (is_at(x, at)) return;
-      system.place(at, x.data(), e);
-      std::copy_n(x.data(), q.size(), q.data());
-      t = at;
-    }
-  };
-  Placed probe_, end_;  // of contact_row() and of place_end(): no Φ and Φ_t
-  std::vector<ContactRow> end_rows_;
-  std::vector<char> end_known_;  // whether end_rows_ are those of end_
-  /// The state of the last right-hand side, which terms_ are of; t: NaN if they are not.
-  std::vector<double> evaluated_;
-  double evaluated_t_ = NAN;
+  ContactRows::Instant
+      evaluated_;  // of the last right-hand side, which terms_ are of; t: NaN if they are not
   MotionKernel kernel_;
-  Evaluation* last_ = nullptr;  // that of the last contact_row()
-  ContactRow row_;              // the result of the last contact_row()
   std::vector<double> lambda_, r_, scratch_;
   // of the rows, in project() and effective_mass(); lambda_: reactions
   std::vector<double> impulse_;
@@ -313,15 +366,8 @@ class PenaltyDynamics {
   };
   std::unique_ptr<Tangent> tangent_;  // made at first use
   bool singular_ = false;
-  CoupledFriction coupled_;
-  // responses to a unit of each friction force, one after the other
-  Vector coupled_a_, coupled_lambda_;
-  const char* trouble_ = nullptr;
-  double friction_residual_ = 0;
+  ReactiveFriction friction_;
 
-  bool add_coupled(double* a);
-  /// place() at any state x, by one of the two evaluations.
-  Evaluation& placed(const Vector& x, double t);
   void begin_tangent(const Vector& x, double t);
   void differentiate(const Gradient& time, int directions, double* const* columns);
   bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
@@ -333,8 +379,6 @@ class PenaltyDynamics {
   struct TracedTangent;
   std::shared_ptr<TracedTangent> traced_;  // null: none
   double rounding_of_rows(const double* q, const double* v) const;
-  double* response(int k) { return coupled_a_.data() + static_cast<long>(k) * system_.n(); }
-  double* reaction(int k) { return coupled_lambda_.data() + static_cast<long>(k) * system_.rows(); }
 
   /// `known`: the evaluation of the System, rate and r.
   template <class T>

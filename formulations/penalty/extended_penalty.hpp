@@ -47,7 +47,7 @@ class ExtendedPenalty {
   Vector extended(const Vector& x) const;
 
   /// Contact k at a state.
-  const ContactRow& row(int k, const Vector& x, double t) { return f_->contact_row(k, x, t); }
+  const ContactRow& row(int k, const Vector& x, double t) { return f_->contact_rows.at(k, x, t); }
   /// Rate of its gap (m/s), its acceleration if dx/dt is `slope`, and the effective mass of an impact.
   double gap_rate(int k, const Vector& x, double t);
   double gap_acceleration(int k, const Vector& x, const Vector& slope, double t);

@@ -32,7 +32,7 @@ class ModeChange {
   }
   void close(Motion& m, int k) {
     auto& c = m.f.contacts()[k];
-    const auto& row = m.f.contact_row(k, m.method.x, m.method.t);
+    const auto& row = m.f.contact_rows.at(k, m.method.x, m.method.t);
     const double rate = row.normal.dot(m.v()), slide = row.tangent.dot(m.v());
     c.closed = true;
     c.v0 = std::max(-rate, m.v0_floor);
@@ -100,7 +100,7 @@ class ModeChange {
     }
   }
   void open(Motion& m, int k, FixedStepErrors& errors) {
-    const auto& row = m.f.contact_row(k, m.method.x, m.method.t);
+    const auto& row = m.f.contact_rows.at(k, m.method.x, m.method.t);
     const double rate = row.normal.dot(m.v()), slide = row.tangent.dot(m.v());
     m.f.contacts()[k].closed = false;
     const int p = m.f.impulse_offset() + 2 * k;
@@ -115,7 +115,7 @@ class ModeChange {
   /// An impact on a closed contact begins, or ends and sets v₀.
   static void apply_impact(Motion& m, int k) {
     auto& c = m.f.contacts()[k];
-    const auto& row = m.f.contact_row(k, m.method.x, m.method.t);
+    const auto& row = m.f.contact_rows.at(k, m.method.x, m.method.t);
     if (!c.in_impact) c.mass = m.f.effective_mass(row);
     c.v0 = std::max(m.touch_speed(c, m.mark[k].at), m.v0_floor);
     c.in_impact = !c.in_impact;

@@ -25,7 +25,7 @@ void PenaltyDynamics::reserve_jacobian() {
                                                  std::vector<Gradient>(2 * n + bristles_ + system_.states()),
                                                  std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
                                                  Vector(m), Vector(n), Vector(m), Vector(n),
-                                                 Vector(static_cast<std::size_t>(coupled_.size()))});
+                                                 Vector(static_cast<std::size_t>(friction_.laws.size()))});
 }
 
 void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
@@ -34,7 +34,7 @@ void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
   (*this)(x, d.slope, t);  // computes a and λ and factorises the matrix of their equations
   ++work.jacobians;
   std::copy_n(d.slope.begin() + system_.n(), system_.n(), d.acceleration.begin());
-  if (coupled_.size() > 0) coupled_.prepare_follow();
+  if (friction_.laws.size() > 0) friction_.laws.prepare_follow();
 }
 
 void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
@@ -108,9 +108,9 @@ void PenaltyDynamics::differentiate(const Gradient& time, int directions, double
 
   // Derivatives of joint friction −factor·S(λ) with the reaction S held fixed. The loop over
   // directions below adds the part due to the change of S.
-  for (int k = 0; k < coupled_.size(); ++k) {
+  for (int k = 0; k < friction_.laws.size(); ++k) {
     auto& c = terms.coupled[static_cast<std::size_t>(k)];
-    c.factor = -coupled_.support(k) * c.factor;  // now the force
+    c.factor = -friction_.laws.support(k) * c.factor;  // now the force
     c.row.add_to(terms.e.force.data(), c.factor);
   }
 
@@ -127,12 +127,12 @@ void PenaltyDynamics::differentiate(const Gradient& time, int directions, double
     for (int k = 0; k < m; ++k) d.r[k] = terms.r[k].slope[s];
     saddle_.solve(d.force.data(), d.r.data(), d.a.data(), d.lambda.data());
     double loss = terms.friction_loss.slope[s];
-    if (coupled_.size() > 0) coupled_.follow(d.lambda.data(), d.friction.data());
-    for (int k = 0; k < coupled_.size(); ++k) {
+    if (friction_.laws.size() > 0) friction_.laws.follow(d.lambda.data(), d.friction.data());
+    for (int k = 0; k < friction_.laws.size(); ++k) {
       const auto& c = terms.coupled[static_cast<std::size_t>(k)];
       const double df = d.friction[k];
-      for (int i = 0; i < n; ++i) d.a[i] += df * response(k)[i];
-      for (int i = 0; i < m; ++i) d.lambda[i] += df * reaction(k)[i];
+      for (int i = 0; i < n; ++i) d.a[i] += df * friction_.response[k][i];
+      for (int i = 0; i < m; ++i) d.lambda[i] += df * friction_.reaction[k][i];
       loss -= (c.factor.slope[s] + df) * c.u.value + c.factor.value * c.u.slope[s];
     }
     double* column = columns[s];
@@ -161,15 +161,16 @@ void PenaltyDynamics::anchor(const Vector& x, double t, std::vector<ContactAncho
   const double* v = x.data() + system_.n();
   out.assign(contacts_.size(), {});
   const Evaluation* at = nullptr;
+  ContactRow row;
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed) continue;
-    if (!at) at = &placed(x, std::min(t, knot));
-    system_.contact(k, x.data(), v, *at, row_);
+    if (!at) at = &contact_rows.placed(x, std::min(t, knot));
+    system_.contact(k, x.data(), v, *at, row);
     auto& a = out[static_cast<std::size_t>(k)];
-    a.pressed = row_.gap < 0 || touching || c.jumps();
-    a.delta = std::max(0.0, -row_.gap);
-    a.rate = -row_.normal.dot(v);
+    a.pressed = row.gap < 0 || touching || c.jumps();
+    a.delta = std::max(0.0, -row.gap);
+    a.rate = -row.normal.dot(v);
     a.elastic = c.law.elastic.force(a.delta);
     if (!a.pressed) continue;
     Dual<2> delta(a.delta), rate(a.rate);
@@ -179,7 +180,7 @@ void PenaltyDynamics::anchor(const Vector& x, double t, std::vector<ContactAncho
     a.normal_by_delta = normal.slope[0];
     a.normal_by_rate = normal.slope[1];
     if (!c.rubs()) continue;
-    a.v_t = row_.tangent.dot(v);
+    a.v_t = row.tangent.dot(v);
     const Dual<2> z = bristles_ ? x[bristle_offset() + k] : 0;
     Dual<2> load(a.normal), slide(a.v_t);
     load.slope[0] = slide.slope[1] = 1;
@@ -375,8 +376,8 @@ bool PenaltyDynamics::differentiate_traced(const Vector& x, double t, std::span<
       double* integral = column + integral_offset();
       for (int i = 0; i < n; ++i) d.force[i] = w.motion.force[i][s];
       for (int k = 0; k < m; ++k)
-        d.r[k] =
-            w.motion.side[k][s] - two_alpha_ * w.motion.rate[k][s] - beta_squared_ * w.motion.place[k][s];
+        d.r[k] = w.motion.side[k][s] - baumgarte_.two_alpha * w.motion.rate[k][s] -
+                 baumgarte_.beta_squared * w.motion.place[k][s];
       for (std::size_t i = 0; i < w.pressed.size(); ++i) {
         const auto& p = w.pressed[i];
         const auto& contact = w.contacts[i];

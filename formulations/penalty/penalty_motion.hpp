@@ -96,15 +96,15 @@ struct PenaltyMotion {
       s.slide = c.shear->load(c.normal_force(s.gap, s.rate), x[f.bristle_offset() + k]);
     return s;
   }
-  ContactSample sample(int k, const Vector& x, double t) { return sampled(k, f.contact_row(k, x, t), x); }
+  ContactSample sample(int k, const Vector& x, double t) { return sampled(k, f.contact_rows.at(k, x, t), x); }
   /// At the present state, which place_end() has evaluated.
-  ContactSample sample_end(int k) { return sampled(k, f.end_row(k, method.x), method.x); }
+  ContactSample sample_end(int k) { return sampled(k, f.contact_rows.end(k, method.x), method.x); }
   ContactSample sample_at(int k, double t) {
     if (t >= method.t) return end[k];
     // With the two bodies of the contact only, because scenes of many contacts call this for each.
     if constexpr (Method::cubic) {
       method.hermite(t, seen[static_cast<std::size_t>(k)], scratch);
-      return sampled(k, f.row_alone(k, scratch), scratch);
+      return sampled(k, f.contact_rows.alone(k, scratch), scratch);
     }
     method.interpolate(t, scratch);
     return sample(k, scratch, t);

@@ -40,7 +40,7 @@ class PenaltySearch {
       // load either.
       const double acceleration = std::abs(gap_acceleration(m, k, m.method.x, m.method.dxdt, m.method.t));
       unloaded = acceleration <= 1e-9 * greatest ||
-                 acceleration * m.f.effective_mass(m.f.contact_row(k, m.method.x, m.method.t)) <=
+                 acceleration * m.f.effective_mass(m.f.contact_rows.at(k, m.method.x, m.method.t)) <=
                      m.f.contacts()[k].law.elastic.force(64 * gap_rounding(system, k, m.q()));
     }
   }
@@ -154,10 +154,11 @@ class PenaltySearch {
   /// directly after m.end[k] is set.
   void find_gap_event(Motion& m, int k, PenaltyEvent& first) {
     const bool closed = m.f.contacts()[k].closed;
-    auto motion = m.f.gap_motion(k, bounds_, m.method.x);
+    auto motion = m.f.contact_rows.gap_motion(k, bounds_, m.method.x);
     if (m.unloaded[k])
       motion = narrowed(
-          motion, m.f.system(), k, m.method, [&] { return m.f.end_row(k, m.method.x).normal; }, m.scratch);
+          motion, m.f.system(), k, m.method, [&] { return m.f.contact_rows.end(k, m.method.x).normal; },
+          m.scratch);
     double unseen = 0;
     const auto t =
         first_loss([&](double at) { return m.watched(k, m.sample_at(k, at)); }, m.method.t_old, m.method.t,
@@ -332,7 +333,7 @@ class PenaltySearch {
   static double slip(Motion& m, int k, const Vector& x, const Vector& slope, double t) {
     const auto& c = m.f.contacts()[k];
     const double acceleration = -gap_acceleration(m, k, x, slope, t);
-    const auto& row = m.f.contact_row(k, x, t);
+    const auto& row = m.f.contact_rows.at(k, x, t);
     const double* v = x.data() + m.f.system().n();
     const double rate = -row.normal.dot(v), delta = std::max(0.0, -row.gap);
     // g and its derivative along the motion
@@ -347,12 +348,12 @@ class PenaltySearch {
   /// The acceleration that increases w while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ +
   /// F_el/m), the external load less the damping.
   static double push(Motion& m, int k, const Vector& x, const Vector& slope, double t) {
-    const double acceleration = -gap_acceleration(m, k, x, slope, t), gap = m.f.contact_row(k, x, t).gap;
+    const double acceleration = -gap_acceleration(m, k, x, slope, t), gap = m.f.contact_rows.at(k, x, t).gap;
     const auto& c = m.f.contacts()[k];
     return acceleration + c.law.elastic.force(std::max(0.0, -gap)) / c.mass;
   }
   static double gap_acceleration(Motion& m, int k, const Vector& x, const Vector& slope, double t) {
-    const auto& row = m.f.contact_row(k, x, t);
+    const auto& row = m.f.contact_rows.at(k, x, t);
     return row.normal.dot(slope.data() + m.f.system().n()) - row.gamma_n;
   }
 

@@ -152,7 +152,7 @@ class PenaltyStepper {
     }
     if (!std::isfinite(std::accumulate(method.x.begin(), method.x.end(), method.t))) return lose();
     keep_residuals(f.system(), f.evaluation(), extremes_);
-    extremes_.friction_residual = f.friction_residual();
+    extremes_.friction_residual = f.reactive_friction().residual;
     keep_contacts(first, cut);
     if (cut) modes_.change(m_, first, errors_);
     if (to_knot && method.t >= knot) {
@@ -167,7 +167,8 @@ class PenaltyStepper {
       return fmt::format(
           "t = {:.9g} s: the state is no longer finite; use a smaller penalty.tolerance or penalty.step",
           t_old());
-    if (m_.f.trouble()) return fmt::format("t = {:.9g} s: {}", t_old(), m_.f.trouble());
+    if (m_.f.reactive_friction().trouble)
+      return fmt::format("t = {:.9g} s: {}", t_old(), m_.f.reactive_friction().trouble);
     if (pace_.creeps())
       return fmt::format(
           "t = {:.9g} s: steps of {:.2g} s, the motion is too stiff for this integrator; use "

@@ -176,7 +176,7 @@ class PressingForces {
   double at(int k, double t) {
     const int n = probe_->system().n();
     steps_.interpolate(t, x_.data(), x_.data() + n);
-    const auto& row = probe_->contact_row(k, x_, t);
+    const auto& row = probe_->contact_rows.at(k, x_, t);
     return probe_->contacts()[k].normal_force(row.gap, row.normal.dot(x_.data() + n));
   }
   /// Whether contact k began, ended, or had an impact at the end of the step.

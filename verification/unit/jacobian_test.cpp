@@ -98,7 +98,7 @@ TEST_CASE("the exact Jacobian equals differences of the right-hand side for ever
     f.contacts()[0].closed = length > 0.3;
     f.contacts()[0].v0 = 2.0;
     const double t = 0.4;
-    const auto& row = f.contact_row(0, x, t);
+    const auto& row = f.contact_rows.at(0, x, t);
     f.contacts()[0].zone = c.shear ? trial % 3 - 1 : c.friction->zone(row.tangent.dot(x.data() + system.n()));
 
     CAPTURE(trial);
