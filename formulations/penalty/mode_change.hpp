@@ -16,6 +16,7 @@ class ModeChange {
   /// Changes the mode at an event, and that of contacts whose gaps reach zero at the same instant, up to
   /// rounding: these are part of the same event.
   void change(Motion& m, const PenaltyEvent& event, FixedStepErrors& errors) {
+    m.restart = true;
     change_mode(m, event, errors);
     if (event.contact >= 0) change_coincident(m, event, errors);
     inform_method(m, event);
@@ -63,29 +64,14 @@ class ModeChange {
 
  private:
   void change_mode(Motion& m, const PenaltyEvent& event, FixedStepErrors& errors) {
-    if (event.limit.found()) {
-      m.restart = true;
-      return;
-    }
-    if (event.contact < 0) {
-      m.f.phases.cross(m.f.system(), event.crossing);
-      m.restart = true;
-      return;
-    }
-    auto& c = m.f.contacts()[event.contact];
-    if (event.kind == PenaltyEvent::Kind::impact) {
-      apply_impact(m, event.contact);
-    } else if (event.kind == PenaltyEvent::Kind::slide) {
-      const bool up = event.boundary == c.zone_ends().high;
-      enter_zone(m, event.contact, event.boundary + (up ? c.zone_tolerance() : -c.zone_tolerance()));
-      m.restart = true;
-    } else if (event.kind == PenaltyEvent::Kind::clamp) {
-      m.restart = true;
-    } else if (c.closed) {
-      open(m, event.contact, errors);
-    } else {
-      close(m, event.contact);
-    }
+    using Kind = PenaltyEvent::Kind;
+    if (event.limit.found() || event.kind == Kind::clamp) return;
+    if (event.contact < 0) return m.f.phases.cross(m.f.system(), event.crossing);
+    const auto& c = m.f.contacts()[event.contact];
+    if (event.kind == Kind::impact) return apply_impact(m, event.contact);
+    if (event.kind == Kind::gap) return c.closed ? open(m, event.contact, errors) : close(m, event.contact);
+    const bool up = event.boundary == c.zone_ends().high;
+    enter_zone(m, event.contact, event.boundary + (up ? c.zone_tolerance() : -c.zone_tolerance()));
   }
   void change_coincident(Motion& m, const PenaltyEvent& first, FixedStepErrors& errors) {
     for (int k = 0; k < m.f.system().contacts(); ++k) {
@@ -93,10 +79,7 @@ class ModeChange {
       const auto at = m.watched(k, m.mark[k].at);
       if (at.value > 4 * gap_rounding(m.f.system(), k, m.q()) || !(at.rate < 0)) continue;
       ++m.f.work.events;
-      if (m.f.contacts()[k].closed)
-        open(m, k, errors);
-      else
-        close(m, k);
+      m.f.contacts()[k].closed ? open(m, k, errors) : close(m, k);
     }
   }
   void open(Motion& m, int k, FixedStepErrors& errors) {
@@ -110,7 +93,6 @@ class ModeChange {
     log_->leave(k, m.method.t, m.crank(), rate, slide, m.method.x[p] - m.mark[k].impulse_n,
                 m.method.x[p + 1] - m.mark[k].impulse_t, m.method.t - m.mark[k].t);
     m.mark[k].at = {row.gap, rate, slide};
-    m.restart = true;
   }
   /// An impact on a closed contact begins, or ends and sets v₀.
   static void apply_impact(Motion& m, int k) {
@@ -119,7 +101,6 @@ class ModeChange {
     if (!c.in_impact) c.mass = m.f.effective_mass(row);
     c.v0 = std::max(m.touch_speed(c, m.mark[k].at), m.v0_floor);
     c.in_impact = !c.in_impact;
-    m.restart = true;
   }
   /// The zone of contact k's friction beyond the value `slide` of its watched function.
   static void enter_zone(Motion& m, int k, double slide) {

@@ -106,8 +106,13 @@ struct PenaltyMotion {
       method.hermite(t, seen[static_cast<std::size_t>(k)], scratch);
       return sampled(k, f.contact_rows.alone(k, scratch), scratch);
     }
+    return sample(k, state_at(t), t);
+  }
+  /// The state at a time of the last step.
+  const Vector& state_at(double t) {
+    if (t >= method.t) return method.x;
     method.interpolate(t, scratch);
-    return sample(k, scratch, t);
+    return scratch;
   }
   /// Depth (m) below zero gap at which an unloaded contact closes. The force there is 1e-10 or less
   /// of that of an impact whose penetration is a thousandth of the clearance.

@@ -170,23 +170,15 @@ class PenaltySearch {
   void find_phase_event(Motion& m, PenaltyEvent& first) {
     if (!m.f.phases.any()) return;
     double unseen = 0;  // a line through a kink: its rate is conclusive
-    const auto crossing =
-        m.f.phases.first(m.f.system(), m.method.t_old, m.method.t, m.method.x_old, m.method.x, bounds_,
-                         first.found() ? first.t : INFINITY, unseen, [&](double t) -> const Vector& {
-                           if (t >= m.method.t) return m.method.x;
-                           m.method.interpolate(t, m.scratch);
-                           return m.scratch;
-                         });
+    const auto crossing = m.f.phases.first(m.f.system(), m.method.t_old, m.method.t, m.method.x_old,
+                                           m.method.x, bounds_, first.found() ? first.t : INFINITY, unseen,
+                                           [&](double t) -> const Vector& { return m.state_at(t); });
     if (crossing.phase >= 0) first = {-1, PenaltyEvent::Kind::gap, crossing.t, 0, crossing};
   }
   void find_limit_event(Motion& m, PenaltyEvent& first) {
     const auto crossing =
         limits_.first(m.f.system(), m.f.state_offset(), m.method, first.found() ? first.t : INFINITY,
-                      Limits::rounding, [&](double t) -> const Vector& {
-                        if (t >= m.method.t) return m.method.x;
-                        m.method.interpolate(t, m.scratch);
-                        return m.scratch;
-                      });
+                      Limits::rounding, [&](double t) -> const Vector& { return m.state_at(t); });
     if (crossing.found()) {
       first = {};
       first.t = crossing.t;
@@ -221,11 +213,7 @@ class PenaltySearch {
   /// Finds where a tangential spring that slips begins to stick within the step.
   static void find_slip_end(Motion& m, int k, PenaltyEvent& first) {
     const auto value = [&](double at) {
-      if (at >= m.method.t) return slip(m, k, m.method.x, m.method.dxdt, m.method.t);
-      if (at <= m.method.t_old) return slip(m, k, m.method.x_old, m.method.dxdt_old, m.method.t_old);
-      m.method.interpolate(at, m.moving);
-      m.f(m.moving, m.slope, at);
-      return slip(m, k, m.moving, m.slope, at);
+      return moving(m, at, [&](const Vector& x, const Vector& slope) { return slip(m, k, x, slope, at); });
     };
     find_zone_end(m, k, first, 0, value);
   }
@@ -282,11 +270,7 @@ class PenaltySearch {
     if (c.in_impact) {
       if (after.at.rate > 0) return before.at.rate < 0 ? turn() : before.t;
       const auto pushed = [&](double t) {
-        if (t >= m.method.t) return push(m, k, m.method.x, m.method.dxdt, t);
-        if (t <= m.method.t_old) return push(m, k, m.method.x_old, m.method.dxdt_old, t);
-        m.method.interpolate(t, m.moving);
-        m.f(m.moving, m.slope, t);
-        return push(m, k, m.moving, m.slope, t);
+        return moving(m, t, [&](const Vector& x, const Vector& slope) { return push(m, k, x, slope, t); });
       };
       const double last = pushed(after.t);
       if (last >= 0) return {};
@@ -329,6 +313,15 @@ class PenaltySearch {
                                     m.method.t, before, after);
     if (t < first.t || !first.found()) first = {k, PenaltyEvent::Kind::clamp, t, 0};
   }
+  /// A value of the state and dx/dt at a time of the last step.
+  template <class F>
+  static double moving(Motion& m, double t, F value) {
+    if (t >= m.method.t) return value(m.method.x, m.method.dxdt);
+    if (t <= m.method.t_old) return value(m.method.x_old, m.method.dxdt_old);
+    m.method.interpolate(t, m.moving);
+    m.f(m.moving, m.slope, t);
+    return value(m.moving, m.slope);
+  }
   /// v_s of contact k in slip, times its direction; `slope` is dx/dt.
   static double slip(Motion& m, int k, const Vector& x, const Vector& slope, double t) {
     const auto& c = m.f.contacts()[k];
@@ -337,12 +330,12 @@ class PenaltySearch {
     const double* v = x.data() + m.f.system().n();
     const double rate = -row.normal.dot(v), delta = std::max(0.0, -row.gap);
     // g and its derivative along the motion
-    const auto moving = [](double x, double x_rate) {
+    const auto dual_of = [](double x, double x_rate) {
       Dual<1> dual(x);
       dual.slope[0] = x_rate;
       return dual;
     };
-    const auto g = c.force(moving(delta, rate), moving(rate, acceleration), Dual<1>(1));
+    const auto g = c.force(dual_of(delta, rate), dual_of(rate, acceleration), Dual<1>(1));
     return c.zone * c.shear->slip(c.zone, delta, rate, g.value, g.slope[0], row.tangent.dot(v));
   }
   /// The acceleration that increases w while a contact is compressed (m/s²): dw²/dt = 2δ̇ (δ̈ +
