@@ -88,12 +88,12 @@ void ModeProjection::enter(ModeEquations& d, const double* q, const double* v, F
     for (int k = 0; k < system.rows(); ++k) d.lambda[k] += rows.x[r] * rows.reaction(r)[k];
     const auto& o = owners_[r];
     if (o.contact >= 0)
-      system.report_contact(o.contact, q, d.e, d.contacts[o.contact].row, o.tangent ? 0 : rows.x[r],
-                            o.tangent ? rows.x[r] : 0, 1, impulses);
+      system.report().contact(o.contact, q, d.e, d.contacts[o.contact].row, o.tangent ? 0 : rows.x[r],
+                              o.tangent ? rows.x[r] : 0, 1, impulses);
     else
-      system.report_friction(o.friction, q, v, d.e, rows.row(r), rows.x[r], 1, impulses);
+      system.report().friction(o.friction, q, v, d.e, rows.row(r), rows.x[r], 1, impulses);
   }
-  system.report_rows(q, d.e, d.lambda.data(), 1, impulses);
+  system.report().rows(system.pattern(), q, d.e, d.lambda.data(), 1, impulses);
   for (int i = 0; i < system.n(); ++i) impulses.acceleration[i] += change_[i];
 }
 
@@ -145,15 +145,15 @@ void EventDynamics::report(const Vector& x, double t, Forces& out) {
   out.clear();
   if (!motion_.solve_for_report(*this, x, t)) return void(++counts.unreported);
   std::ranges::copy(a, out.acceleration.begin());
-  system.report_rows(q, e, lambda.data(), 1, out);
+  system.report().rows(system.pattern(), q, e, lambda.data(), 1, out);
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& c = contacts[k];
-    if (c.closed) system.report_contact(k, q, e, c.row, c.lambda_n, c.lambda_t, 1, out);
+    if (c.closed) system.report().contact(k, q, e, c.row, c.lambda_n, c.lambda_t, 1, out);
   }
   films.report(system, q, v, e, out);
   for (int k = 0; k < system.frictions(); ++k)
-    system.report_friction(k, q, v, e, preloaded[k].row, preloaded[k].lambda, 1, out);
-  system.report_loads(t, q, v, x.data() + state_offset(), e, 1, out, {nullptr, phases.pieces()});
+    system.report().friction(k, q, v, e, preloaded[k].row, preloaded[k].lambda, 1, out);
+  system.report().loads(t, q, v, x.data() + state_offset(), e, 1, out, {nullptr, phases.pieces()});
 }
 
 double EventDynamics::gap_acceleration(int k, const Vector& x, double t) {

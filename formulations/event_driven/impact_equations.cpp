@@ -179,15 +179,15 @@ void ImpactEquations::report(ModeEquations& d, const Vector& x, const std::vecto
                              Forces& out) const {
   const double* q = x.data();
   out.clear();
-  d.system.report_rows(q, d.e, lambda_.data(), 1, out);
+  d.system.report().rows(d.system.pattern(), q, d.e, lambda_.data(), 1, out);
   for (std::size_t i = 0; i < in_impact_.size(); ++i) {
     const auto& s = in_impact_[i];
     if (i < contacts.size())
-      d.system.report_contact(contacts[i], q, d.e, d.contacts[contacts[i]].row, s.impulse_n, s.impulse_t, 1,
-                              out);
+      d.system.report().contact(contacts[i], q, d.e, d.contacts[contacts[i]].row, s.impulse_n, s.impulse_t, 1,
+                                out);
     else
-      d.system.report_friction(d.coupled.friction(static_cast<int>(i - contacts.size())), q,
-                               x.data() + d.system.n(), d.e, d.rows.row(s.tangent), s.impulse_t, 1, out);
+      d.system.report().friction(d.coupled.friction(static_cast<int>(i - contacts.size())), q,
+                                 x.data() + d.system.n(), d.e, d.rows.row(s.tangent), s.impulse_t, 1, out);
     for (const auto& [row, impulse] : {std::pair{s.normal, s.impulse_n}, std::pair{s.tangent, s.impulse_t}})
       for (int k = 0; row >= 0 && k < d.system.n(); ++k)
         out.acceleration[k] += impulse * d.rows.response(row)[k];

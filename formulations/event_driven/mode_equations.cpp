@@ -127,7 +127,7 @@ void ModeFilms::report(const System& system, const double* q, const double* v, E
   for (const auto& f : films_) {
     system.contact(f.contact, q, v, e, row_);
     if (const auto film = film_action(f.law, v, row_))
-      system.report_film(f.contact, q, e, row_, film->normal, film->tangential, film->torque, 1, out);
+      system.report().film(f.contact, q, e, row_, film->normal, film->tangential, film->torque, 1, out);
   }
 }
 

@@ -231,34 +231,34 @@ void PenaltyDynamics::report(const Vector& x, double t, Vector& dxdt, Forces& ou
   ContactRow row;
   out.clear();
   std::copy_n(dxdt.begin() + n, n, out.acceleration.begin());
-  system_.report_rows(q, e, lambda_.data(), 1, out);
+  system_.report().rows(system_.pattern(), q, e, lambda_.data(), 1, out);
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[k];
     if (!c.closed && !c.film) continue;
     system_.contact(k, q, v, e, row);
     if (c.film)
       if (const auto film = film_action(*c.film, v, row))
-        system_.report_film(k, q, e, row, film->normal, film->tangential, film->torque, 1, out);
+        system_.report().film(k, q, e, row, film->normal, film->tangential, film->torque, 1, out);
     if (c.closed)
-      system_.report_contact(k, q, e, row, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1,
-                             out);
+      system_.report().contact(k, q, e, row, terms_.impulse_rate[2 * k], terms_.impulse_rate[2 * k + 1], 1,
+                               out);
   }
   for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
     const auto& facts = system_.friction_facts(k);
     if (facts.reaction) {
       const auto& c = terms_.coupled[static_cast<std::size_t>(reactive)];
-      system_.report_friction(k, q, v, e, c.row, friction_.laws.force(reactive++), 1, out);
+      system_.report().friction(k, q, v, e, c.row, friction_.laws.force(reactive++), 1, out);
       continue;
     }
     system_.friction(k, q, v, e, terms_.slide);
     const double force = preloaded_friction(facts.bound, *facts.regularisation, terms_.slide.dot(v));
-    system_.report_friction(k, q, v, e, terms_.slide, force, 1, out);
+    system_.report().friction(k, q, v, e, terms_.slide, force, 1, out);
   }
-  system_.report_loads(t, q, v, x.data() + state_offset(), e, 1, out, {nullptr, phases.pieces()});
+  system_.report().loads(t, q, v, x.data() + state_offset(), e, 1, out, {nullptr, phases.pieces()});
 }
 
 void PenaltyDynamics::report_projection(const Vector& x, Forces& out) const {
-  system_.report_rows(x.data(), terms_.e, impulse_.data(), 1, out);
+  system_.report().rows(system_.pattern(), x.data(), terms_.e, impulse_.data(), 1, out);
   for (int i = 0; i < system_.n(); ++i) out.acceleration[i] += scratch_[i];
 }
 

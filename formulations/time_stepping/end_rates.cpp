@@ -173,17 +173,17 @@ void EndRates::report(StepData& s, const ContactSet& contacts, const StepProblem
     for (int r = 0; r < used_; ++r)
       for (int k = 0; k < m; ++k) s.dlambda[k] += rows_[r].impulse * responses.reaction(r)[k];
   }
-  s.system.report_rows(q, s.end, s.dlambda.data(), 1, out);
+  s.system.report().rows(s.system.pattern(), q, s.end, s.dlambda.data(), 1, out);
   int r = 0;
   each_pressed(s, contacts, problem, [&](int k, const ContactUnknown&, bool stuck) {
     s.system.contact(k, q, v, s.end, row_);
     const double normal = rows_[r].impulse, tangential = rows_[r].slope * normal;
     ++r;
-    s.system.report_contact(k, q, s.end, row_, normal, stuck ? rows_[r++].impulse : tangential, 1, out);
+    s.system.report().contact(k, q, s.end, row_, normal, stuck ? rows_[r++].impulse : tangential, 1, out);
   });
   each_sticking_joint(s, problem, [&](int k) {
     s.system.friction(k, q, v, s.end, row_.tangent);
-    s.system.report_friction(k, q, v, s.end, row_.tangent, rows_[r++].impulse, 1, out);
+    s.system.report().friction(k, q, v, s.end, row_.tangent, rows_[r++].impulse, 1, out);
   });
 }
 

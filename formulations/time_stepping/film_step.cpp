@@ -209,8 +209,8 @@ void FilmStep::report(const System& system, const double* q, const Evaluation& e
       for (int b = 0; b < 3; ++b) by[a] += f.J[a][b] * f.theta[b] * f.of(b).dot(in_impact);
       p[a] = p_[f.first + a] - by[a];
     }
-    system.report_film(f.contact, q, e, f.row, p[0], p[1], p[2], 1, smooth);
-    system.report_film(f.contact, q, e, f.row, by[0], by[1], by[2], 1, within);
+    system.report().film(f.contact, q, e, f.row, p[0], p[1], p[2], 1, smooth);
+    system.report().film(f.contact, q, e, f.row, by[0], by[1], by[2], 1, within);
   }
 }
 

@@ -159,25 +159,26 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
     }
     auto& out = in_impact ? within_ : smooth_;
     if (contacts.has_slot(k))
-      system.report_contact(contacts.told_as(k), System::link_of(contacts.shape(k)), q, s.middle, c.row,
-                            u->impulse_n, u->impulse_t, 1, out);
+      system.report().contact(contacts.told_as(k), System::link_of(contacts.shape(k)), q, s.middle, c.row,
+                              u->impulse_n, u->impulse_t, 1, out);
     else
-      system.report_contact(k, q, s.middle, c.row, u->impulse_n, u->impulse_t, 1, out);
+      system.report().contact(k, q, s.middle, c.row, u->impulse_n, u->impulse_t, 1, out);
   }
   if (many && any_struck) s.saddle.solve(s.force.data(), nullptr, s.dq.data(), struck_lambda_.data());
   if (films.any()) films.report(system, q, s.middle, within_.acceleration.data(), smooth_, within_);
   for (int k = 0; k < m; ++k) smooth_lambda_[k] = s.lambda[k] - struck_lambda_[k];
-  system.report_rows(q, s.middle, smooth_lambda_.data(), 1, smooth_);
-  system.report_rows(q, s.middle, struck_lambda_.data(), 1, within_);
+  system.report().rows(system.pattern(), q, s.middle, smooth_lambda_.data(), 1, smooth_);
+  system.report().rows(system.pattern(), q, s.middle, struck_lambda_.data(), 1, within_);
   for (int i = 0; i < n; ++i) {
     smooth_.acceleration[i] = s.v[i] - s.v_old[i] - within_.acceleration[i];
     s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
   }
   for (std::size_t k = 0; k < problem.slides.size(); ++k)
-    system.report_friction(static_cast<int>(k), q, s.v_mean.data(), s.middle, problem.slides[k],
-                           problem.friction(static_cast<int>(k)).impulse_t, 1, smooth_);
+    system.report().friction(static_cast<int>(k), q, s.v_mean.data(), s.middle, problem.slides[k],
+                             problem.friction(static_cast<int>(k)).impulse_t, 1, smooth_);
   const Sweep sweep{h, s.v_old.data(), s.v_mean.data()};
-  system.report_loads(s.t_old + 0.5 * h, q, s.v_mean.data(), s.z_mid.data(), s.middle, h, smooth_, {&sweep});
+  system.report().loads(s.t_old + 0.5 * h, q, s.v_mean.data(), s.z_mid.data(), s.middle, h, smooth_,
+                        {&sweep});
 }
 
 namespace {

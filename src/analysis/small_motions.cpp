@@ -70,7 +70,7 @@ SmallMotionTables::SmallMotionTables(const Scene& scene, const System& system, c
   const auto all = static_forces(system, found.at);
   for (std::size_t i = 0; i < all.elements.size(); ++i) {
     const auto& f = all.elements[i];
-    forces.row(system.force_elements()[i].name, f.fx, f.fy, f.m, f.fn);
+    forces.row(system.report().elements[i].name, f.fx, f.fy, f.m, f.fn);
   }
 }
 

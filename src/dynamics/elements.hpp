@@ -55,7 +55,7 @@ template <class Facts>
 struct Placed {
   Dynamics<Facts> facts;
   Link link;
-  int element = -1;  ///< index in System::force_elements()
+  int element = -1;  ///< index in ForceReport::elements
   int state = -1;    ///< index of its (first) first-order state; −1: none
   int phase = -1;    ///< index of its phase in System::phases; −1: none
 };

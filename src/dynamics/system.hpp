@@ -26,10 +26,10 @@
 #include <vector>
 
 #include "dynamics/families.hpp"
+#include "dynamics/force_report.hpp"
 #include "dynamics/parts.hpp"
 #include "dynamics/phase.hpp"
 #include "numerics/dual.hpp"
-#include "values/forces.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {
@@ -190,46 +190,14 @@ class System {
   /// over.
   double longest_turn() const { return longest_turn_; }
 
-  /// @name Resulting forces (values/forces.hpp)
-  /// Each function adds `weight` times the given forces; e is from place().
-  ///@{
-  const std::vector<ForceElement>& force_elements() const { return force_elements_; }
+  /// Resulting forces of joints, contacts, drives and loads.
+  const ForceReport& report() const { return report_; }
   Forces make_forces() const {
-    return {std::vector<ElementForce>(force_elements_.size()), std::vector<double>(mass_.size())};
+    return {std::vector<ElementForce>(report_.elements.size()), std::vector<double>(mass_.size())};
   }
-  /// Constraint rows [begin, end) of an element with reactions.
-  struct ReactionRows {
-    int element, begin, end;
-  };
-  std::vector<ReactionRows> reaction_rows() const {
-    std::vector<ReactionRows> list;
-    for (const auto& r : reactions_) list.push_back({r.element, r.begin, r.end});
-    return list;
-  }
-  /// Reactions −Gᵀλ of ideal joints and of drives with prescribed motion.
-  void report_rows(const double* q, const Evaluation& e, const double* lambda, double weight,
-                   Forces& out) const;
-  /// Contact k: forces along its normal and tangent rows.
-  void report_contact(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn,
-                      double ft, double weight, Forces& out) const {
-    report_contact(k, link_of(pairs_[k]), q, e, row, fn, ft, weight, out);
-  }
-  /// Forces of a pair of the family numbered k, added to the family's sum.
-  void report_contact(int k, const Link& link, const double* q, const Evaluation& e, const ContactRow& row,
-                      double fn, double ft, double weight, Forces& out) const;
   static const Link& link_of(const Pair& pair) {
     return std::visit([](const auto& p) -> const Link& { return p.link; }, pair);
   }
-  /// Film of contact k: forces along its normal and film rows, and a couple along spin.
-  void report_film(int k, const double* q, const Evaluation& e, const ContactRow& row, double fn, double ft,
-                   double torque, double weight, Forces& out) const;
-  /// Coulomb friction of joint k along its sliding row.
-  void report_friction(int k, const double* q, const double* v, const Evaluation& e, const SparseRow& row,
-                       double force, double weight, Forces& out) const;
-  /// Forces of torque drives and loads at a state.
-  void report_loads(double t, const double* q, const double* v, const double* z, const Evaluation& e,
-                    double weight, Forces& out, const Reading& reading = {}) const;
-  ///@}
 
   /// @name Compiled functions (dynamics/system_functions.hpp), which give the same digits faster
   ///@{
@@ -250,13 +218,7 @@ class System {
 
  private:
   friend class Builder;
-  struct Reaction {  // rows [begin, end) of an ideal joint or a prescribed motion
-    Link link;
-    int begin, end, element;
-  };
 
-  int add_element(const std::string& name, ForceElement::Kind kind, const std::array<int, 2>& bodies,
-                  int joint = -1);
   void list_elements(const Mechanism& mechanism);
   /// Calls f with every constraint row. Kinds of rows that few mechanisms have are skipped
   /// together.
@@ -289,8 +251,6 @@ class System {
   void add(Builder& builder, const Element& element, int joint);
   template <class Element>
   void place_load(Builder& builder, const Element& element);
-  void along(const double* q, const Evaluation& e, const Link& link, const int* column, const double* value,
-             int size, double amount, ElementForce& f) const;
   void add_groups(Builder& builder, const Mechanism& mechanism);
   void add_families();
   const Link& link_of(int contact) const { return link_of(pairs_[contact]); }
@@ -313,9 +273,7 @@ class System {
   std::vector<Phase> phases_;
   std::vector<CurveReader> curve_readers_;
   std::vector<double> state_scales_;
-  std::vector<ForceElement> force_elements_;
-  std::vector<Reaction> reactions_;
-  std::vector<int> contact_elements_, friction_elements_;  // indices into force_elements_
+  ForceReport report_;
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};
   Link crank_;

@@ -214,7 +214,7 @@ void Builder::spinning(const Link& link, double radius, const std::string& name,
 
 ReactionBound Builder::reaction_bound(int joint) const {
   ReactionBound bound;
-  for (const auto& r : s_.reactions_)
+  for (const auto& r : s_.report_.reactions)
     if (r.element == joint) bound.row = r.begin;
   bound.element = joint;
   bound.pin = std::holds_alternative<RevoluteJoint>(mechanism_.joints[joint]);
@@ -231,7 +231,7 @@ void System::add(Builder& builder, const Element& element, int joint) {
                   this->frictions() - frictions};
   if constexpr (requires { element.between, element.at; }) {
     if (carried.rows > 0)  // an ideal joint
-      reactions_.push_back({builder.free_link(element.between, element.at), rows, G_.rows, joint});
+      report_.reactions.push_back({builder.free_link(element.between, element.at), rows, G_.rows, joint});
   }
   if constexpr (Acts<Element>) carried.force = true;
   if constexpr (requires { dynamics.has_state(); }) carried.states = dynamics.has_state();
@@ -245,7 +245,7 @@ void System::place_load(Builder& builder, const Element& element) {
   const Dynamics<Element> dynamics{element};
   if constexpr (requires { dynamics.build(builder); }) {
     if constexpr (Element::reports == ForceElement::Kind::drive)
-      reactions_.push_back({dynamics.link(builder), G_.rows, G_.rows + 1, -1});
+      report_.reactions.push_back({dynamics.link(builder), G_.rows, G_.rows + 1, -1});
   }
   add(builder, element, -1);
   if constexpr (Acts<Element>) {

@@ -13,7 +13,7 @@ Layout layout_of(const Scene& scene, const System& system, const State& start) {
   for (int k = 0; k < system.contacts(); ++k) l.contacts.push_back(system.contact_facts(k).name);
   for (const auto& f : system.families()) l.families.push_back(f.name);
   for (const auto& i : scene.instruments) l.channels.push_back(i.name);
-  l.forces = system.force_elements();
+  l.forces = system.report().elements;
   auto e = system.make_evaluation();
   system.place(start.t, start.q.data(), e);
   for (int k = 0; k < system.contacts(); ++k) {

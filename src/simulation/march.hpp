@@ -171,7 +171,7 @@ class StepOf final : public Step {
   mutable Evaluation e_;
   mutable long requested_ = 0;  // calls during this step
   mutable bool cut_ = false;
-  std::size_t elements_ = system_.force_elements().size();
+  std::size_t elements_ = system_.report().elements.size();
 };
 
 /// The message for a run whose steps have become too small; names the contact with the smallest gap

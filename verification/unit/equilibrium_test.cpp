@@ -148,7 +148,7 @@ TEST_CASE("equilibria of random scenes balance or are refused with a reason", "[
       double all = 0;
       for (std::size_t e = 0; e < forces.elements.size(); ++e)
         for (const int end : {0, 1}) {
-          const int b = system.force_elements()[e].bodies[end];
+          const int b = system.report().elements[e].bodies[end];
           if (b == ground) continue;
           const auto& f = forces.elements[e];
           const double sign = end == 0 ? -1 : 1;

@@ -374,14 +374,14 @@ Forces static_forces(const System& system, const Equilibrium& at) {
   const auto& s = at.state;
   system.place(0, s.q.data(), e);
   Forces out = system.make_forces();
-  system.report_rows(s.q.data(), e, at.multipliers.data(), 1, out);
+  system.report().rows(system.pattern(), s.q.data(), e, at.multipliers.data(), 1, out);
   ContactRow row;
   for (int k = 0; k < system.contacts(); ++k) {
     if (!(at.normal[k] > 0)) continue;
     system.contact(k, s.q.data(), s.v.data(), e, row);
-    system.report_contact(k, s.q.data(), e, row, at.normal[k], 0, 1, out);
+    system.report().contact(k, s.q.data(), e, row, at.normal[k], 0, 1, out);
   }
-  system.report_loads(0, s.q.data(), s.v.data(), s.z.data(), e, 1, out);
+  system.report().loads(0, s.q.data(), s.v.data(), s.z.data(), e, 1, out);
   return out;
 }
 

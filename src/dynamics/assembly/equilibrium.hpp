@@ -69,7 +69,7 @@ struct Equilibrium {
 Equilibrium find_equilibrium(const Mechanism& mechanism, const System& system, const std::vector<double>& q,
                              const Compliances& elastic, const StopToken& stop = {});
 
-/// Forces of the elements at an equilibrium (System::force_elements()); accelerations are zero.
+/// Forces of the elements at an equilibrium (ForceReport::elements); accelerations are zero.
 Forces static_forces(const System& system, const Equilibrium& at);
 
 /// "stable", or the numbers of motions that are not.

@@ -34,7 +34,7 @@ std::vector<int> undetermined_elements(const System& system, const State& state)
   std::vector<int> list;
   const auto found = undetermined_rows(system, state);
   if (!found.empty())
-    for (const auto& [element, begin, end] : system.reaction_rows())
+    for (const auto& [link, begin, end, element] : system.report().reactions)
       if (std::find(found.begin() + begin, found.begin() + end, true) != found.begin() + end)
         list.push_back(element);
   return list;
@@ -50,13 +50,13 @@ void refuse_undetermined_friction(const System& system, const State& state) {
     const auto& bound = *facts.reaction;
     const auto row = static_cast<std::size_t>(bound.row);
     if (!found[row] && !((bound.pin || bound.couple > 0) && found[row + 1])) continue;
-    for (const auto& [element, begin, end] : system.reaction_rows())
+    for (const auto& [link, begin, end, element] : system.report().reactions)
       if (begin <= bound.row && bound.row < end)
         throw ModelError(
             fmt::format("loads.{}.joint", facts.name),
             fmt::format("the reaction of {} bounds this friction but is statically indeterminate (dependent "
                         "constraint rows); remove the redundant support, or give a fixed force",
-                        system.force_elements()[static_cast<std::size_t>(element)].name));
+                        system.report().elements[static_cast<std::size_t>(element)].name));
   }
 }
 

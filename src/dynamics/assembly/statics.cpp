@@ -201,8 +201,8 @@ Eigen::VectorXd Statics::sizes(const AtRest& at, const Eigen::VectorXd& mu) {
   Eigen::VectorXd all = at.applied.cwiseAbs();
   system_.place(0, at.q.data(), e_);
   auto each = system_.make_forces();
-  system_.report_loads(0, at.q.data(), rest_.data(), at.z.data(), e_, 1, each);
-  const auto& elements = system_.force_elements();
+  system_.report().loads(0, at.q.data(), rest_.data(), at.z.data(), e_, 1, each);
+  const auto& elements = system_.report().elements;
   for (std::size_t i = 0; i < elements.size(); ++i) {
     const auto& f = each.elements[i];
     for (const int end : {0, 1}) {

@@ -65,7 +65,7 @@ double forces_row(const Scene& scene, const System& system, const State& start,
                   const std::vector<bool>& constant) {
   double bytes = 0;
   int contact = 0;
-  for (const auto& e : system.force_elements()) {
+  for (const auto& e : system.report().elements) {
     const bool revolute = e.kind == ForceElement::Kind::joint && e.joint >= 0 &&
                           std::holds_alternative<RevoluteJoint>(scene.mechanism.joints[e.joint]);
     const bool open = e.kind == ForceElement::Kind::contact && !touches(system, contact++, start);
