@@ -146,7 +146,7 @@ ModeEquations::ModeEquations(const System& s, const std::vector<double>& restitu
       facts_(facts),
       speed_scale_(speed_scale),
       placed_(s.n()) {
-  saddle.use(s.solve_functions());
+  saddle.use(s.compiled().solve());
   for (int k = 0; k < s.contacts(); ++k) contacts[k].restitution = restitution[k];
   for (int k = 0; k < s.frictions(); ++k) {
     preloaded[k].bound = s.friction_facts(k).bound;

@@ -48,7 +48,7 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
 
 bool ModeMotion::solve_compiled(ModeEquations& d, const Vector& x, double t, Compiled& found) {
   const auto& system = d.system;
-  if (!system.functions().motion.motion) return false;
+  if (!system.compiled().functions().motion.motion) return false;
   int closed = -1;
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& c = d.contacts[k];

@@ -59,7 +59,7 @@ inline double reach(const CurveReader& reader, double x, bool up, Knots knots) {
 inline double curve_step_limit(const System& system, double t, const double* q, const double* v,
                                Knots knots) {
   double limit = INFINITY;
-  for (const auto& reader : system.curve_readers()) {
+  for (const auto& reader : system.curves().readers) {
     const auto x = reader.argument(t, q, v);
     if (x.rate == 0) continue;
     limit = std::min(limit, curve_limits::reach(reader, x.value, x.rate > 0, knots) / std::abs(x.rate));
@@ -73,7 +73,7 @@ inline double curve_overreach(const System& system, double t0, const double* q0,
                               const double* q1, const double* v1, Knots knots) {
   constexpr double most_overreach = 1.5;
   double worst = 0;
-  for (const auto& reader : system.curve_readers()) {
+  for (const auto& reader : system.curves().readers) {
     if (reader.of == CurveReader::Of::time) continue;  // by curve_step_limit()
     const auto from = reader.argument(t0, q0, v0), to = reader.argument(t1, q1, v1);
     const double way = to.value - from.value,

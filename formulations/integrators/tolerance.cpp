@@ -125,7 +125,7 @@ double feature_length(const System& system, const State& start, double arm) {
     if (phase.speed) continue;
     for (std::size_t i = 1; i < phase.kinks.size(); ++i) consider(phase, phase.kinks[i] - phase.kinks[i - 1]);
   }
-  for (const auto& reader : system.curve_readers())
+  for (const auto& reader : system.curves().readers)
     if (reader.of == CurveReader::Of::place) {
       const double x = reader.argument(start.t, start.q.data(), start.v.data()).value;
       for (const bool above : {false, true}) consider(reader.place, reader.variation(x, above) / Phase::turn);

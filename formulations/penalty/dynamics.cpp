@@ -39,7 +39,7 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
       scratch_(system.n()),
       impulse_(system.rows()),
       friction_(system) {
-  saddle_.use(system.solve_functions());
+  saddle_.use(system.compiled().solve());
   if (options.stabilisation == Stabilisation::baumgarte)
     baumgarte_ = {2 * options.alpha, options.beta * options.beta};
 }

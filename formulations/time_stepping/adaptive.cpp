@@ -328,9 +328,9 @@ bool AdaptiveMoreau::land_on_onset(Attempt& a, const OnsetSearch::Onset& onset) 
 /// Whether the step is repeated to end where a spring begins to act or changes its slope, so that
 /// no step passes over a short action, or where the demand of a controller reaches its limit.
 bool AdaptiveMoreau::land_on_kink(Attempt& a, double floor) {
-  if ((!system_.has_spring_kinks() && system_.limiters() == 0) || a.landings >= 8) return false;
+  if ((!system_.curves().spring_kinks && system_.limiters() == 0) || a.landings >= 8) return false;
   const double from = pair_.start.t;
-  auto t = system_.has_spring_kinks() ? search_.first_kink(moreau_, pair_) : std::nullopt;
+  auto t = system_.curves().spring_kinks ? search_.first_kink(moreau_, pair_) : std::nullopt;
   if (const auto limit = search_.first_limit(moreau_, pair_); limit && (!t || *limit < *t)) t = limit;
   if (!t || !(*t - from > floor) || !(*t < from + (1 - 1e-3) * a.h)) return false;
   refuse(a, *t - from);

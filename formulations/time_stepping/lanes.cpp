@@ -259,13 +259,13 @@ long differing_steps(System& system, const SystemFunctions& functions, const Sta
   for (unsigned seed = 0; seed < std::min(4u, static_cast<unsigned>(states)); ++seed) {
     const auto at = seed == 0 ? near : moved(system, near, still, seed);
     const double h = seed < 3 ? 1e-5 : 1e-3;
-    system.attach({});
+    system.compiled().attach({});
     const auto expected = stepped(system, at, h, facts);
-    system.attach(functions);
+    system.compiled().attach(functions);
     const auto found = stepped(system, at, h, facts);
     differing += differing_numbers(found, expected);
   }
-  system.attach({});
+  system.compiled().attach({});
   return differing;
 }
 

@@ -168,7 +168,7 @@ bool MoreauStepper::evaluate_middle() {
 /// Computes v⁺ and z⁺ with their impulses, and q⁺.
 bool MoreauStepper::solve_step() {
   auto& d = data_;
-  const bool implicit = d.system.has_velocity_forces() || d.system.sweeps() || films_.any();
+  const bool implicit = d.system.has_velocity_forces() || d.system.curves().sweeps || films_.any();
   if (d.whole)
     return problem_.solve(d, contacts_, responses_, films_) && (!implicit || settle_mean_velocity());
   if (d.system.has_velocity_flows()) d.z_old = d.z;
@@ -192,7 +192,7 @@ bool MoreauStepper::settle_mean_velocity() {
   auto& found = d.totals.found;
   const double h = d.length();
   const bool films = films_.any(), dampers = d.system.has_velocity_forces();
-  const MeanVelocity::Kind kind{d.system.sweeps(), films, fixed()};
+  const MeanVelocity::Kind kind{d.system.curves().sweeps, films, fixed()};
   for (int i = 0;; ++i) {
     const MeanVelocity::Motion motion{
         h,          d.q_mid.data(),         d.v_old.data(),

@@ -18,7 +18,7 @@ void take_shape(SparseRow& row, const SparseRow& pattern) {
 
 /// Collects the arguments; step_ stays null if rows are eliminated otherwise.
 void StepKernel::prepare(StepData& s, ContactSet& contacts) {
-  const auto& f = s.system.functions();
+  const auto& f = s.system.compiled().functions();
   step_ = nullptr;
   const auto room = s.saddle.compiled_room();
   if (!room.usable) return;
@@ -62,7 +62,7 @@ void StepKernel::prepare(StepData& s, ContactSet& contacts) {
 }
 
 bool StepKernel::middle(StepData& s, ContactSet& contacts) {
-  auto& f = s.system.functions();
+  auto& f = s.system.compiled().functions();
   if (!f.step.middle) return false;
   if (step_ != &s || contacts_ != contacts.all().data() || functions_ != f.object.get()) {
     prepare(s, contacts);
@@ -85,7 +85,7 @@ bool StepKernel::middle(StepData& s, ContactSet& contacts) {
 }
 
 bool StepKernel::again(StepData& s, const ContactSet& contacts, const double* v_mean) {
-  auto& f = s.system.functions();
+  auto& f = s.system.compiled().functions();
   pushed_ = -1;
   const double t = s.t_old + 0.5 * h_;
   auto& e = s.middle;
@@ -104,7 +104,7 @@ bool StepKernel::again(StepData& s, const ContactSet& contacts, const double* v_
 }
 
 const double* StepKernel::respond(const StepData& s, int contact, const Response& at) {
-  const auto& f = s.system.functions();
+  const auto& f = s.system.compiled().functions();
   const double* in[] = {end_in_[9], end_in_[8], at.normal, at.tangent};
   double* out[] = {at.a_n, at.lambda_n, at.a_t, at.lambda_t, D_.data()};
   if (f.step.responses[static_cast<std::size_t>(contact)](f.solve.constants, in, out) != 0) return nullptr;
@@ -112,7 +112,7 @@ const double* StepKernel::respond(const StepData& s, int contact, const Response
 }
 
 void StepKernel::push(StepData& s, int contact, const double* impulses, const Response& at) {
-  const auto& f = s.system.functions();
+  const auto& f = s.system.compiled().functions();
   double *v = s.v.data(), *lambda = s.lambda.data(), *force = s.force.data();
   const double* in[] = {impulses,   at.a_n, at.lambda_n, at.a_t, at.lambda_t,   at.normal,
                         at.tangent, v,      lambda,      force,  s.v_old.data()};
@@ -122,7 +122,7 @@ void StepKernel::push(StepData& s, int contact, const double* impulses, const Re
 }
 
 bool StepKernel::end(StepData& s) {
-  auto& f = s.system.functions();
+  auto& f = s.system.compiled().functions();
   end_in_[3] = s.v_old.data();
   end_in_[4] = s.v.data();
   end_out_[1] = s.q.data();
@@ -130,7 +130,7 @@ bool StepKernel::end(StepData& s) {
 }
 
 bool StepKernel::reached(StepData& s) {
-  auto& f = s.system.functions();
+  auto& f = s.system.compiled().functions();
   const double* in[] = {&s.t, s.q.data(), s.q_mid.data(), s.middle.cosine.data(), s.middle.sine.data()};
   if (!f.call(f.step.reached, in, reached_out_.data())) return false;
   for (const double x : s.q) sum_ += x - x;
@@ -142,7 +142,7 @@ StepData::StepData(const System& system, RowFacts facts)
       saddle(system.mass(), system.pattern(), SolvePath::automatic, facts),
       middle(system.make_evaluation()),
       end(system.make_evaluation()) {
-  saddle.use(system.solve_functions());
+  saddle.use(system.compiled().solve());
   for (auto* x : {&q, &v, &q_old, &v_old, &q_mid, &v_mean, &force, &dq}) x->resize(system.n());
   for (auto* x : {&z, &z_old, &z_mid}) x->resize(system.states());
   for (auto* x : {&lambda, &r, &dlambda}) x->resize(system.rows());

@@ -45,7 +45,7 @@ StepResolution::StepResolution(const System& system) {
     if (system.passage(k, any.data(), 1) > 0) passing_.push_back(k);
   }
   passes_ = !passing_.empty() || !system.families().empty();
-  for (const auto& reader : system.curve_readers()) greatest_.push_back(reader.course.greatest().value);
+  for (const auto& reader : system.curves().readers) greatest_.push_back(reader.course.greatest().value);
 }
 
 /// A contact that moves far in a step may close and open between its ends.
@@ -64,7 +64,7 @@ void StepResolution::assess_passage(const StepData& s, const ContactSet& contact
 /// error is (2π/N)²/8. The check uses two places within the step, so that it detects every period
 /// that divides the step.
 void StepResolution::assess_bend(const StepData& s) {
-  const auto& readers = s.system.curve_readers();
+  const auto& readers = s.system.curves().readers;
   const auto take = [&](double share, double most, std::size_t i) {
     if (share > most * bend.over) bend = {share, share / most, static_cast<int>(i)};
   };
@@ -99,7 +99,7 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
                                                               leap.share, 0.1 / leap.share));
   if (bend.over > 1)
     notes.push_back(diagnostic<Diagnostic::curve_not_resolved>(
-        system.curve_readers()[static_cast<std::size_t>(bend.reader)].name, bend.share,
+        system.curves().readers[static_cast<std::size_t>(bend.reader)].name, bend.share,
         std::min(1 / std::max(std::sqrt(bend.over), 10 * bend.share), 0.5)));
   if (found.locked > 0)
     notes.push_back(diagnostic<Diagnostic::self_locking>(found.locked, found.locked_since));

@@ -46,7 +46,7 @@ Excitation excitation_of(const Mechanism& mechanism, const System& system) {
     if (const auto* torque = std::get_if<TorqueDrive>(&drive))
       if (torque->against == TorqueDrive::Against::time && torque->table.size() > 1) add(torque->name, 0);
   }
-  for (const auto& reader : system.curve_readers())
+  for (const auto& reader : system.curves().readers)
     if (reader.of == CurveReader::Of::time) add(reader.name, period_of(reader.course));
   if (periods.empty() || !found.why.empty()) return found;
   const double longest = std::ranges::max(periods);

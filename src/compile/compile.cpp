@@ -108,7 +108,7 @@ std::optional<CompiledRun> compile_system(System& system, const State& near, Row
     found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
     return found;
   }
-  system.attach(std::move(functions));
+  system.compiled().attach(std::move(functions));
   if (structures && !known) structures->add(std::move(structure));
   found.used = true;
   return found;

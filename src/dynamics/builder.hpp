@@ -48,8 +48,8 @@ class Builder {
   void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
   template <class Mesh>
   void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
-    s_.rare_rows_ = true;
-    MeshRow<Mesh> row{link, mesh, s_.G_.rows};
+    s_.rows_.rare = true;
+    MeshRow<Mesh> row{link, mesh, s_.rows_.pattern.rows};
     const int bodies[] = {link.i, link.j};
     for (std::size_t k = 0; k < 2; ++k) {
       if (bodies[k] == ground) continue;
@@ -57,7 +57,7 @@ class Builder {
       entry(3 * bodies[k] + 1, 0);
       entry(3 * bodies[k] + 2, 0);
     }
-    std::get<std::vector<MeshRow<Mesh>>>(s_.constraints_).push_back(row);
+    std::get<std::vector<MeshRow<Mesh>>>(s_.rows_.kinds).push_back(row);
     end_row(name, false);
   }
   ///@}

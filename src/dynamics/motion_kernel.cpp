@@ -12,7 +12,7 @@ namespace freeplay {
 bool MotionKernel::prepare(const System& system, SaddlePoint& saddle, Evaluation& e) {
   saddle_ = &saddle;
   e_ = &e;
-  object_ = system.functions().object.get();
+  object_ = system.compiled().functions().object.get();
   const auto room = saddle.compiled_room();
   usable_ = room.usable;
   if (!usable_) return false;
@@ -28,7 +28,7 @@ bool MotionKernel::prepare(const System& system, SaddlePoint& saddle, Evaluation
                                                       SaddlePoint& saddle, Evaluation& e,
                                                       const double* const* in, double* first, double* second,
                                                       double* drive) {
-  auto& functions = system.functions();
+  auto& functions = system.compiled().functions();
   if (saddle_ == &saddle && e_ == &e && object_ == functions.object.get()) {
     if (!usable_) return false;
   } else if (!prepare(system, saddle, e)) {
@@ -44,7 +44,7 @@ bool MotionKernel::prepare(const System& system, SaddlePoint& saddle, Evaluation
 
 bool MotionKernel::motion(const System& system, SaddlePoint& saddle, Evaluation& e, const At& at, double* a,
                           double* lambda, double& drive) {
-  const auto function = system.functions().motion.motion;
+  const auto function = system.compiled().functions().motion.motion;
   if (!function) return false;
   const double* in[] = {&at.t, at.q, at.v, at.z};
   return call(function, system, saddle, e, in, a, lambda, &drive);
@@ -52,7 +52,7 @@ bool MotionKernel::motion(const System& system, SaddlePoint& saddle, Evaluation&
 
 bool MotionKernel::state(const System& system, SaddlePoint& saddle, Evaluation& e, const At& at,
                          const double* terms, double* rate, double* r) {
-  const auto function = system.functions().motion.state;
+  const auto function = system.compiled().functions().motion.state;
   if (!function) return false;
   const double* in[] = {&at.t, at.q, at.v, at.z, terms};
   return call(function, system, saddle, e, in, rate, r, nullptr);
@@ -60,7 +60,7 @@ bool MotionKernel::state(const System& system, SaddlePoint& saddle, Evaluation& 
 
 bool MotionKernel::slide(const System& system, int k, const At& at, double factor, ContactRow& row, double* a,
                          double* lambda, Slide& found) {
-  auto& functions = system.functions();
+  auto& functions = system.compiled().functions();
   const auto contact = static_cast<std::size_t>(k);
   const double* in[] = {out_[10], out_[12], at.q,    at.v,    out_[0], out_[1],
                         a,        lambda,   &factor, out_[7], out_[3]};
@@ -85,7 +85,7 @@ namespace {
 std::vector<double> motion_quantities(const System& system, const SystemFunctions& asked, const State& at,
                                       RowFacts facts, bool compiled) {
   SaddlePoint saddle(system.mass(), system.pattern(), SolvePath::automatic, facts);
-  if (compiled) saddle.use(system.solve_functions());
+  if (compiled) saddle.use(system.compiled().solve());
   std::vector<double> all;
   const auto put = [&](const auto& list) { all.insert(all.end(), list.begin(), list.end()); };
   const double *q = at.q.data(), *v = at.v.data();
@@ -172,14 +172,14 @@ long differing_motions(System& system, const SystemFunctions& functions, const S
   for (unsigned seed = 1; seed <= static_cast<unsigned>(states); ++seed) {
     auto at = moved(system, near, still, seed);
     at.z.resize(static_cast<std::size_t>(system.states()));
-    system.attach({});
+    system.compiled().attach({});
     const auto expected = motion_quantities(system, functions, at, facts, false);
-    system.attach(functions);
+    system.compiled().attach(functions);
     const auto found = motion_quantities(system, functions, at, facts, true);
     if (found.empty()) continue;  // a guard failed
     differing += differing_numbers(found, expected);
   }
-  system.attach({});
+  system.compiled().attach({});
   return differing;
 }
 

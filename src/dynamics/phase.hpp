@@ -128,4 +128,15 @@ struct CurveReader {
   }
 };
 
+/// Curves and tables of a System.
+struct CurveFacts {
+  std::vector<Phase> phases;
+  /// Of curves that are not constant; prescribed motions come first.
+  std::vector<CurveReader> readers;
+  /// Whether a table acts by its mean over the interval that a time step covers.
+  bool sweeps = false;
+  /// Whether a spring force has a phase with kinks; such a force has no pulses.
+  bool spring_kinks = false;
+};
+
 }  // namespace freeplay

@@ -21,7 +21,9 @@ void SystemTracer::put_row(Trace& trace, int array, const SparseRowOf<Traced>& r
   for (int i = 0; i < row.size; ++i) trace.output(array, i, row.value[i]);
 }
 
-bool SystemTracer::iterates(const System& system) { return system.has_velocity_forces() || system.sweeps(); }
+bool SystemTracer::iterates(const System& system) {
+  return system.has_velocity_forces() || system.curves().sweeps;
+}
 
 bool SystemTracer::steps(const System& system) {
   int rows = system.frictions();

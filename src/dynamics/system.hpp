@@ -25,6 +25,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "dynamics/compiled_system.hpp"
 #include "dynamics/families.hpp"
 #include "dynamics/force_report.hpp"
 #include "dynamics/parts.hpp"
@@ -36,16 +37,14 @@ namespace freeplay {
 
 class Builder;
 struct Mechanism;
-struct PlacedElements;   // dynamics/elements.hpp
-struct SystemFunctions;  // dynamics/system_functions.hpp
-struct SolveFunctions;
+struct PlacedElements;  // dynamics/elements.hpp
 
 class System {
  public:
   explicit System(const Mechanism& mechanism);
 
   int n() const { return static_cast<int>(mass_.size()); }
-  int rows() const { return G_.rows; }
+  int rows() const { return rows_.pattern.rows; }
   int contacts() const { return static_cast<int>(pairs_.size()); }
   int frictions() const { return static_cast<int>(slidings_.size()); }
   int bodies() const { return n() / 3; }
@@ -53,7 +52,7 @@ class System {
   /// fixes its angle at zero; no other row, contact or force involves that angle
   /// (dynamics/point_bodies.hpp).
   int points() const { return points_; }
-  const CsrPattern& pattern() const { return G_; }
+  const CsrPattern& pattern() const { return rows_.pattern; }
   const std::vector<double>& mass() const { return mass_; }
   /// Facts of contact k; beyond contacts(), those of the families.
   const ContactFacts& contact_facts(int k) const { return contact_facts_[k]; }
@@ -67,21 +66,21 @@ class System {
   /// Indices, increasing, of the joint frictions whose bound follows from the joint's reaction.
   const std::vector<int>& reactive_frictions() const { return reactive_; }
   /// Name of the joint or drive that a constraint row belongs to.
-  const std::string& row_name(int row) const { return row_names_[row]; }
+  const std::string& row_name(int row) const { return rows_.names[row]; }
   /// Whether a constraint row is measured in rad (else in m).
-  bool is_angle_row(int row) const { return angle_rows_[row]; }
+  bool is_angle_row(int row) const { return rows_.angles[row]; }
   /// Number of rows that prescribe motion; these are the last rows.
   int drive_rows() const {
-    return static_cast<int>(std::get<std::vector<SpeedRow>>(constraints_).size() +
-                            std::get<std::vector<MotionRow>>(constraints_).size());
+    return static_cast<int>(std::get<std::vector<SpeedRow>>(rows_.kinds).size() +
+                            std::get<std::vector<MotionRow>>(rows_.kinds).size());
   }
   /// Whether the motion of a joint is prescribed along a curve. Its acceleration may then jump at
   /// next_knot().
-  bool has_motions() const { return !std::get<std::vector<MotionRow>>(constraints_).empty(); }
+  bool has_motions() const { return !std::get<std::vector<MotionRow>>(rows_.kinds).empty(); }
   /// Evaluates prescribed motions over a time step, exactly at its end: phi_t and the quantities
   /// that rate() uses. Call it between place() and rate().
   void step_motions(double t0, double t1, Evaluation& e) const {
-    for (const auto& row : std::get<std::vector<MotionRow>>(constraints_)) row.step(t0, t1, e);
+    for (const auto& row : std::get<std::vector<MotionRow>>(rows_.kinds)) row.step(t0, t1, e);
   }
   bool has_friction(int contact) const { return contact_facts(contact).surface.friction.has_value(); }
   /// Whether a coordinate is an angle (rad); the others are lengths (m).
@@ -155,7 +154,7 @@ class System {
   template <class T>
   void contact(int k, const T* q, const T* v, const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
     if constexpr (std::is_same_v<T, double>)
-      if (compiled_contacts_ && contact_compiled(k, q, v, e, row)) return;
+      if (compiled_.any_contacts() && compiled_.contact(k, q, v, e, row)) return;
     contact(pairs_[k], contact_facts_[k], q, v, e, row);
   }
   /// Gap and rows of a pair of a family.
@@ -177,14 +176,9 @@ class System {
   double next_knot(double t) const;
   /// @name Phases: coordinates at which forces have kinks (dynamics/phase.hpp), and curves
   ///@{
-  int phases() const { return static_cast<int>(phases_.size()); }
-  const Phase& phase(int k) const { return phases_[k]; }
-  /// Readers of curves that are not constant; prescribed motions come first.
-  const std::vector<CurveReader>& curve_readers() const { return curve_readers_; }
-  /// Whether a table acts by its mean over the interval that a time step covers.
-  bool sweeps() const { return sweeps_; }
-  /// Whether a spring force has a phase with kinks; such a force has no pulses.
-  bool has_spring_kinks() const { return spring_kinks_; }
+  int phases() const { return static_cast<int>(curves_.phases.size()); }
+  const Phase& phase(int k) const { return curves_.phases[k]; }
+  const CurveFacts& curves() const { return curves_; }
   ///@}
   /// Greatest rotation of a body within a step (rad), so that no feature of a profile is stepped
   /// over.
@@ -199,16 +193,9 @@ class System {
     return std::visit([](const auto& p) -> const Link& { return p.link; }, pair);
   }
 
-  /// @name Compiled functions (dynamics/system_functions.hpp), which give the same digits faster
-  ///@{
-  /// Uses them from now on; no function of the System may be running. Empty ones: none.
-  void attach(SystemFunctions functions);
-  /// Those of the saddle point, at an address that stays. They are empty until attach().
-  const SolveFunctions* solve_functions() const;
-  SystemFunctions& functions() const { return *functions_; }
-  /// Calls of compiled functions that the templates answered.
-  long refused() const;
-  ///@}
+  /// Compiled functions, which place(), rate(), forces() and contact() of double call.
+  CompiledSystem& compiled() { return compiled_; }
+  const CompiledSystem& compiled() const { return compiled_; }
 
   /// Angle of the main drive's joint (rad); 0 if there is none.
   double crank_angle(const double* q) const;
@@ -227,24 +214,19 @@ class System {
     const auto over = [&f](const auto& list) __attribute__((always_inline)) {
       for (const auto& row : list) f(row);
     };
-    over(std::get<std::vector<PointRows>>(constraints_));
-    over(std::get<std::vector<SlideRow>>(constraints_));
-    over(std::get<std::vector<AngleRow>>(constraints_));
-    over(std::get<std::vector<SpeedRow>>(constraints_));
-    if (!rare_rows_) return;
-    over(std::get<std::vector<MotionRow>>(constraints_));
-    over(std::get<std::vector<MeshRow<InvoluteMesh>>>(constraints_));
-    over(std::get<std::vector<MeshRow<RackMesh>>>(constraints_));
-    over(std::get<std::vector<DistanceRow>>(constraints_));
+    over(std::get<std::vector<PointRows>>(rows_.kinds));
+    over(std::get<std::vector<SlideRow>>(rows_.kinds));
+    over(std::get<std::vector<AngleRow>>(rows_.kinds));
+    over(std::get<std::vector<SpeedRow>>(rows_.kinds));
+    if (!rows_.rare) return;
+    over(std::get<std::vector<MotionRow>>(rows_.kinds));
+    over(std::get<std::vector<MeshRow<InvoluteMesh>>>(rows_.kinds));
+    over(std::get<std::vector<MeshRow<RackMesh>>>(rows_.kinds));
+    over(std::get<std::vector<DistanceRow>>(rows_.kinds));
   }
-  bool place_compiled(double t, const double* q, Evaluation& e) const;
-  bool rate_compiled(const double* q, const double* v, Evaluation& e) const;
-  bool forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e,
-                       const Reading& reading) const;
   /// Adds the forces of drives and loads.
   template <class T>
   void apply(const Motion<T>& motion, const T* z, EvaluationOf<T>& e) const;
-  bool contact_compiled(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
   template <class T>
   void place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
   template <class Element>
@@ -256,12 +238,16 @@ class System {
   const Link& link_of(int contact) const { return link_of(pairs_[contact]); }
 
   std::vector<double> mass_;
-  CsrPattern G_;
-  std::vector<double> constant_G_;      // constant entries of G
+  /// The constraint rows.
+  struct {
+    CsrPattern pattern;             // of G
+    std::vector<double> constants;  // constant entries of G
+    std::vector<std::string> names;
+    std::vector<bool> angles;
+    ConstraintRows kinds;
+    bool rare = false;  // has rare kinds
+  } rows_;
   std::vector<double> constant_force_;  // gravity
-  std::vector<std::string> row_names_;
-  std::vector<bool> angle_rows_;
-  ConstraintRows constraints_;
   std::vector<Pair> pairs_;
   std::vector<ContactFacts> contact_facts_;  // of the contacts, then of the families
   std::vector<ContactFamily> families_;
@@ -270,20 +256,16 @@ class System {
   std::vector<FrictionFacts> friction_facts_;
   std::vector<int> reactive_;
   std::shared_ptr<PlacedElements> placed_;  // constant after the construction
-  std::vector<Phase> phases_;
-  std::vector<CurveReader> curve_readers_;
+  CurveFacts curves_;
   std::vector<double> state_scales_;
   ForceReport report_;
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};
   Link crank_;
-  bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false, sweeps_ = false,
-       spring_kinks_ = false;
-  std::shared_ptr<SystemFunctions> functions_;
-  bool compiled_ = false, compiled_contacts_ = false;
+  bool velocity_forces_ = false, velocity_flows_ = false, loads_work_ = false;
+  CompiledSystem compiled_;
   int points_ = 0, limiters_ = 0;
-  bool rare_rows_ = false,
-       acts_ = false;  // rare_rows_: has rare kinds of rows; acts_: a drive or load applies a force
+  bool acts_ = false;  // a drive or load applies a force
   double longest_arm_ = 0, size_ = 1, longest_turn_ = 0.3;
 };
 

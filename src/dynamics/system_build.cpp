@@ -8,7 +8,6 @@
 #include "dynamics/builder.hpp"
 #include "dynamics/elements.hpp"
 #include "dynamics/point_bodies.hpp"
-#include "dynamics/system_functions.hpp"
 
 namespace freeplay {
 
@@ -50,19 +49,19 @@ double Builder::span() const {
 }
 
 int Builder::entry(int column, double constant) {
-  s_.G_.column.push_back(column);
-  s_.constant_G_.push_back(constant);
-  return static_cast<int>(s_.constant_G_.size()) - 1;
+  s_.rows_.pattern.column.push_back(column);
+  s_.rows_.constants.push_back(constant);
+  return static_cast<int>(s_.rows_.constants.size()) - 1;
 }
 
 void Builder::end_row(const std::string& name, bool angle) {
-  s_.G_.end_row();
-  s_.row_names_.push_back(name);
-  s_.angle_rows_.push_back(angle);
+  s_.rows_.pattern.end_row();
+  s_.rows_.names.push_back(name);
+  s_.rows_.angles.push_back(angle);
 }
 
 void Builder::points(const Link& link, const std::string& name) {
-  PointRows rows{link, s_.G_.rows};
+  PointRows rows{link, s_.rows_.pattern.rows};
   for (const int axis : {0, 1}) {
     if (link.i != ground) {
       entry(3 * link.i + axis, -1);
@@ -74,28 +73,28 @@ void Builder::points(const Link& link, const std::string& name) {
     }
     end_row(name, false);
   }
-  std::get<std::vector<PointRows>>(s_.constraints_).push_back(rows);
+  std::get<std::vector<PointRows>>(s_.rows_.kinds).push_back(rows);
 }
 
 void Builder::slide(const Link& link, const Vec2& axis, const std::string& name) {
   // Between the ground and a body the normal is constant: zero entries are omitted.
-  SlideRow slide{link, axis, s_.G_.rows, link.i != ground || axis.y() != 0,
+  SlideRow slide{link, axis, s_.rows_.pattern.rows, link.i != ground || axis.y() != 0,
                  link.i != ground || axis.x() != 0};
-  slide.first = static_cast<int>(s_.constant_G_.size());
+  slide.first = static_cast<int>(s_.rows_.constants.size());
   for (const int b : {link.i, link.j}) {
     if (b == ground) continue;
     if (b == link.i || slide.x) entry(3 * b, 0);
     if (b == link.i || slide.y) entry(3 * b + 1, 0);
     if (b == link.i || !link.sj.is_zero()) entry(3 * b + 2, 0);
   }
-  slide.last = static_cast<int>(s_.constant_G_.size());
+  slide.last = static_cast<int>(s_.rows_.constants.size());
   end_row(name, false);
-  std::get<std::vector<SlideRow>>(s_.constraints_).push_back(slide);
+  std::get<std::vector<SlideRow>>(s_.rows_.kinds).push_back(slide);
 }
 
 void Builder::distance(const Link& link, double length, const std::string& name) {
-  s_.rare_rows_ = true;
-  DistanceRow row{link, length, s_.G_.rows};
+  s_.rows_.rare = true;
+  DistanceRow row{link, length, s_.rows_.pattern.rows};
   const int bodies[] = {link.i, link.j};
   const Vec2 arms[] = {link.si, link.sj};
   for (std::size_t k = 0; k < 2; ++k) {
@@ -104,7 +103,7 @@ void Builder::distance(const Link& link, double length, const std::string& name)
     entry(3 * bodies[k] + 1, 0);
     if (!arms[k].is_zero()) row.theta[k] = entry(3 * bodies[k] + 2, 0);
   }
-  std::get<std::vector<DistanceRow>>(s_.constraints_).push_back(row);
+  std::get<std::vector<DistanceRow>>(s_.rows_.kinds).push_back(row);
   end_row(name, false);
 }
 
@@ -114,23 +113,23 @@ void Builder::turn_entries(const Link& link) {
 }
 
 void Builder::angle(const Link& link, double angle, const std::string& name) {
-  std::get<std::vector<AngleRow>>(s_.constraints_).push_back({link, s_.G_.rows, angle});
+  std::get<std::vector<AngleRow>>(s_.rows_.kinds).push_back({link, s_.rows_.pattern.rows, angle});
   turn_entries(link);
   end_row(name, true);
 }
 
 void Builder::prescribed(const Link& link, double angle, double speed, const std::string& name) {
-  auto& drives = std::get<std::vector<SpeedRow>>(s_.constraints_);
-  drives.push_back({link, s_.G_.rows, angle, speed});
+  auto& drives = std::get<std::vector<SpeedRow>>(s_.rows_.kinds);
+  drives.push_back({link, s_.rows_.pattern.rows, angle, speed});
   turn_entries(link);
   end_row(name, true);
 }
 
 void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
                      const std::string& name) {
-  s_.rare_rows_ = true;
-  auto& motions = std::get<std::vector<MotionRow>>(s_.constraints_);
-  MotionRow m{link, s_.G_.rows, static_cast<int>(motions.size()), course};
+  s_.rows_.rare = true;
+  auto& motions = std::get<std::vector<MotionRow>>(s_.rows_.kinds);
+  MotionRow m{link, s_.rows_.pattern.rows, static_cast<int>(motions.size()), course};
   const auto turn = [&](int body) {
     const double none = 0;
     if (body == ground) return -1;
@@ -169,12 +168,13 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     // No step passes a knot: a narrow rise is between two of them.
     if (auto knots = course.knots(); !knots.empty()) {
       m.phase = s_.phases();
-      s_.phases_.push_back({m.other, std::move(knots), course.period(), Phase::Of::angle, {1, 0}, true});
+      s_.curves_.phases.push_back(
+          {m.other, std::move(knots), course.period(), Phase::Of::angle, {1, 0}, true});
     }
   }
   const auto x = m.follows ? Argument::angle : Argument::time;
   if (auto reader = reader_of(name, course, x, m.follows ? m.other : link))
-    s_.curve_readers_.push_back(std::move(*reader));
+    s_.curves_.readers.push_back(std::move(*reader));
   motions.push_back(m);
   end_row(name, !axis);
 }
@@ -224,14 +224,15 @@ ReactionBound Builder::reaction_bound(int joint) const {
 /// Adds a joint, contact, drive or load: its rows, and the numbers it adds to the solver.
 template <class Element>
 void System::add(Builder& builder, const Element& element, int joint) {
-  const int rows = G_.rows, contacts = this->contacts(), frictions = this->frictions();
+  const int rows = rows_.pattern.rows, contacts = this->contacts(), frictions = this->frictions();
   const Dynamics<Element> dynamics{element};
   if constexpr (requires { dynamics.build(builder); }) dynamics.build(builder);
-  Carried carried{element.name, word_of<Element>(), G_.rows - rows, this->contacts() - contacts,
+  Carried carried{element.name, word_of<Element>(), rows_.pattern.rows - rows, this->contacts() - contacts,
                   this->frictions() - frictions};
   if constexpr (requires { element.between, element.at; }) {
     if (carried.rows > 0)  // an ideal joint
-      report_.reactions.push_back({builder.free_link(element.between, element.at), rows, G_.rows, joint});
+      report_.reactions.push_back(
+          {builder.free_link(element.between, element.at), rows, rows_.pattern.rows, joint});
   }
   if constexpr (Acts<Element>) carried.force = true;
   if constexpr (requires { dynamics.has_state(); }) carried.states = dynamics.has_state();
@@ -245,7 +246,7 @@ void System::place_load(Builder& builder, const Element& element) {
   const Dynamics<Element> dynamics{element};
   if constexpr (requires { dynamics.build(builder); }) {
     if constexpr (Element::reports == ForceElement::Kind::drive)
-      report_.reactions.push_back({dynamics.link(builder), G_.rows, G_.rows + 1, -1});
+      report_.reactions.push_back({dynamics.link(builder), rows_.pattern.rows, rows_.pattern.rows + 1, -1});
   }
   add(builder, element, -1);
   if constexpr (Acts<Element>) {
@@ -272,8 +273,8 @@ void System::place_load(Builder& builder, const Element& element) {
     if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
     const auto hold = [&](Phase phase) {
       placed.phase = phases();
-      if (!phase.speed) (phase.swept ? sweeps_ : spring_kinks_) = true;
-      phases_.push_back(std::move(phase));
+      if (!phase.speed) (phase.swept ? curves_.sweeps : curves_.spring_kinks) = true;
+      curves_.phases.push_back(std::move(phase));
     };
     if constexpr (requires { facts.angle_kinks(); })
       if (auto kinks = facts.angle_kinks(); !kinks.empty())
@@ -284,7 +285,7 @@ void System::place_load(Builder& builder, const Element& element) {
     if constexpr (requires { facts.phase(placed.link); })
       if (auto phase = facts.phase(placed.link)) hold(std::move(*phase));
     if constexpr (requires { facts.reader(placed.link); })
-      if (auto reader = facts.reader(placed.link)) curve_readers_.push_back(std::move(*reader));
+      if (auto reader = facts.reader(placed.link)) curves_.readers.push_back(std::move(*reader));
     if constexpr (requires { facts.bump; }) {
       Phase phase{placed.link, {}};
       for (const auto& limit : {facts.bump.lower, facts.bump.upper})
@@ -301,12 +302,9 @@ void System::place_load(Builder& builder, const Element& element) {
   }
 }
 
-System::System(const Mechanism& m)
-    : placed_(std::make_shared<PlacedElements>()),
-      gravity_(m.gravity),
-      functions_(std::make_shared<SystemFunctions>()) {
+System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>()), gravity_(m.gravity) {
   check_point_bodies(m);
-  G_.columns = 3 * static_cast<int>(m.bodies.size());
+  rows_.pattern.columns = 3 * static_cast<int>(m.bodies.size());
   for (const auto& b : m.bodies) {
     // The angle of a point body is fixed: the value in place of its inertia has no effect.
     mass_.insert(mass_.end(), {b.mass, b.mass, b.point ? b.mass : b.inertia});
@@ -388,9 +386,9 @@ EvaluationOf<T> System::make_evaluation() const {
   e.phi.assign(rows(), 0);
   e.phi_t.assign(rows(), 0);
   e.gamma.assign(rows(), 0);
-  e.bend.assign(std::get<std::vector<MotionRow>>(constraints_).size(), 0);
-  for (const auto& d : std::get<std::vector<SpeedRow>>(constraints_)) e.phi_t[d.row] = -d.speed;
-  e.G.assign(constant_G_.begin(), constant_G_.end());
+  e.bend.assign(std::get<std::vector<MotionRow>>(rows_.kinds).size(), 0);
+  for (const auto& d : std::get<std::vector<SpeedRow>>(rows_.kinds)) e.phi_t[d.row] = -d.speed;
+  e.G.assign(rows_.constants.begin(), rows_.constants.end());
   e.force.assign(constant_force_.begin(), constant_force_.end());
   return e;
 }

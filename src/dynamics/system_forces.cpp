@@ -38,7 +38,7 @@ template <class T>
 void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
                     const Reading& reading) const {
   if constexpr (std::is_same_v<T, double>)
-    if (compiled_ && forces_compiled(t, q, v, z, e, reading)) return;
+    if (compiled_.any() && compiled_.forces(t, q, v, z, states(), e, reading)) return;
   if constexpr (is_traced<T>)
     apply(Motion<T>{t, q, v, e}, z, e);
   else
@@ -93,7 +93,7 @@ double System::next_knot(double t) const {
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.next_knot(t); }) next = std::min(next, x.facts.next_knot(t));
   });
-  for (const auto& row : std::get<std::vector<MotionRow>>(constraints_))
+  for (const auto& row : std::get<std::vector<MotionRow>>(rows_.kinds))
     if (!row.follows) next = std::min(next, row.course.next_knot(t));
   return next;
 }

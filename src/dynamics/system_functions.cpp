@@ -237,32 +237,34 @@ long differing_quantities(System& system, const SystemFunctions& functions, cons
     auto at = seed == 0 ? near : moved(system, near, still, seed);
     at.z.resize(static_cast<std::size_t>(system.states()));  // a given start may leave them out
     SaddlePoint general(system.mass(), system.pattern(), SolvePath::automatic, facts);
-    system.attach({});
+    system.compiled().attach({});
     const auto expected = quantities(system, at, general);
-    system.attach(functions);
+    system.compiled().attach(functions);
     SaddlePoint fast(system.mass(), system.pattern(), SolvePath::automatic, facts);
-    fast.use(system.solve_functions());
+    fast.use(system.compiled().solve());
     const auto found = quantities(system, at, fast);
     differing += differing_numbers(found, expected);
   }
-  system.attach({});
+  system.compiled().attach({});
   return differing;
 }
 
 // Calls of the compiled functions of a System (system_functions.hpp).
 
-void System::attach(SystemFunctions functions) {
+CompiledSystem::CompiledSystem() : functions_(std::make_shared<SystemFunctions>()) {}
+
+void CompiledSystem::attach(SystemFunctions functions) {
   *functions_ = std::move(functions);
   functions_->solve.constants = functions_->constants.data();
-  compiled_ = functions_->object != nullptr;
-  compiled_contacts_ = compiled_ && !functions_->contacts.empty();
+  any_ = functions_->object != nullptr;
+  contacts_ = any_ && !functions_->contacts.empty();
 }
 
-const SolveFunctions* System::solve_functions() const { return &functions_->solve; }
+const SolveFunctions* CompiledSystem::solve() const { return &functions_->solve; }
 
-long System::refused() const { return functions_->refused; }
+long CompiledSystem::refused() const { return functions_->refused; }
 
-bool System::place_compiled(double t, const double* q, Evaluation& e) const {
+bool CompiledSystem::place(double t, const double* q, Evaluation& e) const {
   const auto* pieces = functions_->place_reads_pieces ? e.pieces : nullptr;
   const auto function = pieces ? functions_->place_in_pieces : functions_->place;
   if (!function) return false;
@@ -271,21 +273,21 @@ bool System::place_compiled(double t, const double* q, Evaluation& e) const {
   return functions_->call(function, in, out);
 }
 
-bool System::rate_compiled(const double* q, const double* v, Evaluation& e) const {
+bool CompiledSystem::rate(const double* q, const double* v, Evaluation& e) const {
   if (!functions_->rate) return false;
   const double* in[] = {q, v, e.cosine.data(), e.sine.data(), e.bend.data()};
   double* out[] = {e.gamma.data()};
   return functions_->call(functions_->rate, in, out);
 }
 
-bool System::forces_compiled(double t, const double* q, const double* v, const double* z, Evaluation& e,
-                             const Reading& reading) const {
+bool CompiledSystem::forces(double t, const double* q, const double* v, const double* z, int states,
+                            Evaluation& e, const Reading& reading) const {
   static_assert(sizeof(Piece) == 2 * sizeof(double));
   const auto& f = *functions_;
   const auto* pieces = f.reads_pieces ? reading.pieces : nullptr;
   const auto* sweep = f.reads_steps ? reading.sweep : nullptr;
   const auto function = pieces ? f.forces_in_pieces : sweep ? f.forces_over_step : f.forces;
-  if (!function || !v || (!z && states() > 0)) return false;
+  if (!function || !v || (!z && states > 0)) return false;
   const double* in[] = {&t, q, v, z, e.cosine.data(), e.sine.data(), nullptr, nullptr, nullptr};
   if (pieces) {
     in[6] = &pieces->low;
@@ -298,8 +300,8 @@ bool System::forces_compiled(double t, const double* q, const double* v, const d
   return functions_->call(function, in, out);
 }
 
-bool System::contact_compiled(int k, const double* q, const double* v, const Evaluation& e,
-                              ContactRow& row) const {
+bool CompiledSystem::contact(int k, const double* q, const double* v, const Evaluation& e,
+                             ContactRow& row) const {
   const auto& contact = functions_->contacts[static_cast<std::size_t>(k)];
   if (!contact.function) return false;
   const double* in[] = {q, v, e.cosine.data(), e.sine.data()};

@@ -1,4 +1,4 @@
-// Compiled functions of a System. Once System::attach() has set them, place(), rate(), forces() and
+// Compiled functions of a System. Once CompiledSystem::attach() has set them, place(), rate(), forces() and
 // contact() of double call them, and the saddle points of the formulations use `solve`. Each gives
 // the digits of the templates; where a guard fails (a comparison has another result than at the
 // sample, numerics/traced.hpp), the templates are evaluated.

@@ -56,7 +56,7 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, co
   using std::cos, std::sin;
   if constexpr (!is_traced<T>) e.pieces = pieces;  // a trace has set its own
   if constexpr (std::is_same_v<T, double>)
-    if (compiled_ && place_compiled(t, q, e)) return;
+    if (compiled_.any() && compiled_.place(t, q, e)) return;
   for (std::size_t b = 0; b < e.cosine.size(); ++b) {
     const T theta = q[3 * b + 2];
     if constexpr (std::is_same_v<T, double>)
@@ -75,7 +75,7 @@ void System::place(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e, co
 template <class T>
 [[gnu::flatten]] void System::rate(const T* q, const T* v, EvaluationOf<T>& e) const {
   if constexpr (std::is_same_v<T, double>)
-    if (compiled_ && rate_compiled(q, v, e)) return;
+    if (compiled_.any() && compiled_.rate(q, v, e)) return;
   each_row([&](const auto& row) {
     if constexpr (requires { row.rate(q, v, e); }) row.rate(q, v, e);
   });

@@ -204,7 +204,7 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   r.undetermined = undetermined;
   if (compiled) {
     r.compiled = *compiled;
-    r.compiled.refused = system.refused();
+    r.compiled.refused = system.compiled().refused();
   } else {
     r.compiled.reason = compile == Compile::never
                             ? "not requested"

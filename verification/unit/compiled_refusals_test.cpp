@@ -86,7 +86,7 @@ TEST_CASE("pivots that degenerate leave the linear system to the general path", 
   const auto traced = trace_system(system, at_crank_angle(1), {});
   REQUIRE(traced.solves);
   auto functions = test::compiled(traced);
-  system.attach(functions);
+  system.compiled().attach(functions);
   const double pi = std::acos(-1.0);
   for (const double angle : {1.0, 1.5, 0.5 * pi - 1e-9}) {
     INFO(angle);
@@ -99,7 +99,7 @@ TEST_CASE("pivots that degenerate leave the linear system to the general path", 
     const bool degenerate = angle > 1.55;
     CHECK((functions.solve.factor(functions.constants.data(), in, out) != 0) == degenerate);
     SaddlePoint general(system.mass(), system.pattern()), fast(system.mass(), system.pattern());
-    fast.use(system.solve_functions());
+    fast.use(system.compiled().solve());
     const std::vector<double> f(9, 1.0), r(e.phi.size(), 0.5);
     std::vector<double> a[2], lambda[2];
     for (const int i : {0, 1}) {
