@@ -34,52 +34,51 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
   const int n = system.n(), m = system.rows(), K = contacts_, bodies = system.bodies(),
             entries = static_cast<int>(d.middle.G.size()),
             all_ratios = std::accumulate(functions_.ratios.begin(), functions_.ratios.end(), 0);
-  const auto state = [&](Block& q, Block& v, Block& drive, Block& stabilisation, Block& gaps, Block& records,
-                         Block& totals, Block& slides, Block& ratios) {
-    return std::vector<std::pair<Block*, int>>{{&q, n},
-                                               {&v, n},
-                                               {&drive, 1},
-                                               {&stabilisation, 1},
-                                               {&gaps, K},
-                                               {&records, K * lane_record_size},
-                                               {&totals, lane_total_size},
-                                               {&slides, static_cast<int>(functions_.slides.size())},
-                                               {&ratios, all_ratios}};
+  const auto state = [&](State& s) {
+    return std::vector<std::pair<Block*, int>>{{&s.q, n},
+                                               {&s.v, n},
+                                               {&s.drive, 1},
+                                               {&s.stabilisation, 1},
+                                               {&s.gaps, K},
+                                               {&s.records, K * lane_record_size},
+                                               {&s.totals, lane_total_size},
+                                               {&s.slides, static_cast<int>(functions_.slides.size())},
+                                               {&s.ratios, all_ratios}};
   };
-  const auto blocks = state(q_, v_, drive_, stabilisation_, gaps_, records_, totals_, slides_, ratios_);
+  const auto blocks = state(now_);
   divide(state_room_, blocks);
-  divide(saved_room_, state(saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_,
-                            saved_records_, saved_totals_, saved_slides_, saved_ratios_));
+  divide(saved_room_, state(saved_));
   for (const auto& [block, size] : blocks) state_size_ += static_cast<std::size_t>(size * width_);
-  divide(work_room_, {{&middle_q_, n},
-                      {&cosine_, bodies},
-                      {&sine_, bodies},
-                      {&phi_t_, m},
-                      {&G_, entries},
-                      {&gamma_, m},
-                      {&factors_, functions_.factors},
-                      {&force_, n},
-                      {&lambda_, m},
-                      {&middle_gap_, K},
-                      {&normal_, K * row_size},
-                      {&tangent_, K * row_size},
-                      {&gamma_n_, K},
-                      {&gamma_t_, K},
-                      {&rates_, 4 * K},
-                      {&reach_, K},
-                      {&free_q_, n},
-                      {&t_middle_, 1},
-                      {&t_end_, 1},
-                      {&h_, 1},
-                      {&acts_, K},
-                      {&opens_, K},
-                      {&facts_, 2 * K},
-                      {&slide_row_, row_size},
-                      {&slide_gamma_, 1},
-                      {&slide_asked_, 1},
-                      {&slide_reach_, K},
-                      {&tolerance_, 1},
-                      {&unused_, 1}});
+  auto& w = work_;
+  divide(work_room_, {{&w.middle_q, n},
+                      {&w.cosine, bodies},
+                      {&w.sine, bodies},
+                      {&w.phi_t, m},
+                      {&w.G, entries},
+                      {&w.gamma, m},
+                      {&w.factors, functions_.factors},
+                      {&w.force, n},
+                      {&w.lambda, m},
+                      {&w.middle_gap, K},
+                      {&w.normal, K * row_size},
+                      {&w.tangent, K * row_size},
+                      {&w.gamma_n, K},
+                      {&w.gamma_t, K},
+                      {&w.rates, 4 * K},
+                      {&w.reach, K},
+                      {&w.free_q, n},
+                      {&w.t_middle, 1},
+                      {&w.t_end, 1},
+                      {&w.h, 1},
+                      {&w.acts, K},
+                      {&w.opens, K},
+                      {&w.facts, 2 * K},
+                      {&w.slide_row, row_size},
+                      {&w.slide_gamma, 1},
+                      {&w.slide_asked, 1},
+                      {&w.slide_reach, K},
+                      {&w.tolerance, 1},
+                      {&w.unused, 1}});
   potential_ = system.has_potential();
   q_one_.resize(static_cast<std::size_t>(n));
   q_free_one_.resize(static_cast<std::size_t>(n));
@@ -109,56 +108,54 @@ void LaneGroup::divide(std::vector<double>& room, const std::vector<std::pair<Bl
 
 /// Collects the arguments of the functions.
 void LaneGroup::connect() {
+  const auto& s = now_;
+  const auto& w = work_;
   const auto part = [&](const Block& block, int i) { return block.data + i * width_; };
-  middle_in_ = {t_middle_.data, h_.data, saved_q_.data, saved_v_.data, saved_ratios_.data};
-  middle_out_ = {middle_q_.data, cosine_.data, sine_.data,  phi_t_.data, G_.data,      gamma_.data,
-                 factors_.data,  unused_.data, force_.data, v_.data,     lambda_.data, unused_.data};
-  end_in_ = {
-      t_end_.data, h_.data, middle_q_.data, saved_v_.data, v_.data,    lambda_.data, force_.data,
-      phi_t_.data, G_.data, factors_.data,  cosine_.data,  sine_.data, drive_.data,  stabilisation_.data,
-      totals_.data};
-  end_out_ = {free_q_.data,        q_.data,      unused_.data, unused_.data, drive_.data,
-              stabilisation_.data, unused_.data, unused_.data};
+  middle_.in = {w.t_middle, w.h, saved_.q, saved_.v, saved_.ratios};
+  middle_.out = {w.middle_q, w.cosine, w.sine,  w.phi_t, w.G,      w.gamma,
+                 w.factors,  w.unused, w.force, s.v,     w.lambda, w.unused};
+  end_.in = {w.t_end, w.h,       w.middle_q, saved_.v, s.v,     w.lambda,        w.force, w.phi_t,
+             w.G,     w.factors, w.cosine,   w.sine,   s.drive, s.stabilisation, s.totals};
+  end_.out = {w.free_q, s.q, w.unused, w.unused, s.drive, s.stabilisation, w.unused, w.unused};
   for (int k = 0; k < contacts_; ++k) {
-    for (double* x : {part(middle_gap_, k), part(normal_, row_size * k), part(tangent_, row_size * k),
-                      part(gamma_n_, k), part(gamma_t_, k), part(rates_, 4 * k)})
-      middle_out_.push_back(x);
-    end_out_.push_back(part(gaps_, k));
-    double* record = part(records_, lane_record_size * k);
-    contact_in_.push_back({h_.data,
-                           factors_.data,
-                           G_.data,
-                           part(normal_, row_size * k),
-                           part(tangent_, row_size * k),
-                           part(rates_, 4 * k),
-                           gamma_n_.data,
-                           gamma_t_.data,
-                           middle_gap_.data,
-                           normal_.data,
-                           v_.data,
-                           lambda_.data,
-                           force_.data,
-                           saved_v_.data,
-                           part(acts_, k),
-                           part(facts_, 2 * k),
-                           record,
-                           totals_.data,
-                           slide_row_.data,
-                           slide_gamma_.data,
-                           slides_.data});
-    contact_out_.push_back({v_.data, lambda_.data, force_.data, record, totals_.data, slides_.data});
-    open_in_.push_back({t_end_.data, middle_q_.data, cosine_.data, sine_.data, factors_.data, G_.data,
-                        part(normal_, row_size * k), q_.data, gaps_.data, part(opens_, k), totals_.data,
-                        record, part(facts_, 2 * k)});
-    open_out_.push_back({q_.data, gaps_.data, totals_.data, record});
+    for (double* x : {part(w.middle_gap, k), part(w.normal, row_size * k), part(w.tangent, row_size * k),
+                      part(w.gamma_n, k), part(w.gamma_t, k), part(w.rates, 4 * k)})
+      middle_.out.push_back(x);
+    end_.out.push_back(part(s.gaps, k));
+    double* record = part(s.records, lane_record_size * k);
+    contact_calls_.push_back({{w.h,
+                               w.factors,
+                               w.G,
+                               part(w.normal, row_size * k),
+                               part(w.tangent, row_size * k),
+                               part(w.rates, 4 * k),
+                               w.gamma_n,
+                               w.gamma_t,
+                               w.middle_gap,
+                               w.normal,
+                               s.v,
+                               w.lambda,
+                               w.force,
+                               saved_.v,
+                               part(w.acts, k),
+                               part(w.facts, 2 * k),
+                               record,
+                               s.totals,
+                               w.slide_row,
+                               w.slide_gamma,
+                               s.slides},
+                              {s.v, w.lambda, w.force, record, s.totals, s.slides}});
+    open_calls_.push_back(
+        {{w.t_end, w.middle_q, w.cosine, w.sine, w.factors, w.G, part(w.normal, row_size * k), s.q, s.gaps,
+          part(w.opens, k), s.totals, record, part(w.facts, 2 * k)},
+         {s.q, s.gaps, s.totals, record}});
   }
-  for (double* x : {reach_.data, ratios_.data, slide_row_.data, slide_gamma_.data}) middle_out_.push_back(x);
-  slide_in_ = {h_.data,         factors_.data, G_.data,          slide_row_.data, slide_gamma_.data,
-               slides_.data,    gamma_n_.data, middle_gap_.data, normal_.data,    unused_.data,
-               v_.data,         lambda_.data,  force_.data,      saved_v_.data,   slide_asked_.data,
-               tolerance_.data, totals_.data};
-  slide_out_ = {v_.data, lambda_.data, force_.data, totals_.data, slides_.data, slide_reach_.data};
-  end_out_.push_back(totals_.data);
+  for (double* x : {w.reach, s.ratios, w.slide_row, w.slide_gamma}) middle_.out.push_back(x);
+  slide_.in = {w.h,       w.factors,    w.G,           w.slide_row, w.slide_gamma, s.slides,
+               w.gamma_n, w.middle_gap, w.normal,      w.unused,    s.v,           w.lambda,
+               w.force,   saved_.v,     w.slide_asked, w.tolerance, s.totals};
+  slide_.out = {s.v, w.lambda, w.force, s.totals, s.slides, w.slide_reach};
+  end_.out.push_back(s.totals);
 }
 
 bool LaneGroup::fits(const MoreauStepper& s) {
@@ -174,7 +171,7 @@ bool LaneGroup::ready(int lane) const {
     const auto& c = s.contacts_[k];
     if (c.soft || c.closed) return false;
     if (c.steps == 0 && !log.is_open(k)) continue;
-    if (slides_.size > 0 && c.steps < 2) return false;  // the next step would not start from its impulses
+    if (now_.slides.size > 0 && c.steps < 2) return false;  // the next step would not start from its impulses
     if (c.steps == 0 || std::isfinite(log.undecided_since(k)) || ++closed > 1) return false;
   }
   return true;
@@ -189,29 +186,29 @@ void LaneGroup::load(int lane) {
   const auto put = [&](const Block& block, const std::vector<double>& list) {
     for (int i = 0; i < block.size; ++i) at(block, i, lane) = list[static_cast<std::size_t>(i)];
   };
-  put(q_, d.q);
-  put(v_, d.v);
-  put(slides_, s.problem_.slide_last);
-  at(tolerance_, 0, lane) = s.tolerance_;
+  put(now_.q, d.q);
+  put(now_.v, d.v);
+  put(now_.slides, s.problem_.slide_last);
+  at(work_.tolerance, 0, lane) = s.tolerance_;
   const auto& works = d.totals.integrals;
   const auto& extremes = d.totals.extremes;
-  at(drive_, 0, lane) = works.drive;
-  at(stabilisation_, 0, lane) = works.stabilisation;
-  at(totals_, lane_contact_loss, lane) = works.contact;
-  at(totals_, lane_friction_loss, lane) = works.friction;
-  at(totals_, lane_lcp_residual, lane) = extremes.lcp_residual;
-  at(totals_, lane_lcp_residual_rate, lane) = extremes.lcp_residual_rate;
-  at(totals_, lane_constraint_length, lane) = extremes.constraint_length;
-  at(totals_, lane_constraint_angle, lane) = extremes.constraint_angle;
-  at(totals_, lane_passed, lane) = *member.passed;
-  for (int i = 0; i < ratios_.size; ++i) at(ratios_, i, lane) = 1;
+  at(now_.drive, 0, lane) = works.drive;
+  at(now_.stabilisation, 0, lane) = works.stabilisation;
+  at(now_.totals, lane_contact_loss, lane) = works.contact;
+  at(now_.totals, lane_friction_loss, lane) = works.friction;
+  at(now_.totals, lane_lcp_residual, lane) = extremes.lcp_residual;
+  at(now_.totals, lane_lcp_residual_rate, lane) = extremes.lcp_residual_rate;
+  at(now_.totals, lane_constraint_length, lane) = extremes.constraint_length;
+  at(now_.totals, lane_constraint_angle, lane) = extremes.constraint_angle;
+  at(now_.totals, lane_passed, lane) = *member.passed;
+  for (int i = 0; i < now_.ratios.size; ++i) at(now_.ratios, i, lane) = 1;
   for (int k = 0; k < contacts_; ++k) {
     const auto& c = s.contacts_[k];
     if (c.steps > 0) time.contact = k;
-    at(gaps_, k, lane) = c.gap;
-    at(facts_, 2 * k, lane) = c.restitution;
-    at(facts_, 2 * k + 1, lane) = s.tolerance_;
-    const auto record = [&](int i) -> double& { return at(records_, lane_record_size * k + i, lane); };
+    at(now_.gaps, k, lane) = c.gap;
+    at(work_.facts, 2 * k, lane) = c.restitution;
+    at(work_.facts, 2 * k + 1, lane) = s.tolerance_;
+    const auto record = [&](int i) -> double& { return at(now_.records, lane_record_size * k + i, lane); };
     record(lane_impulse_n) = c.impulse_n;
     record(lane_impulse_t) = c.impulse_t;
     record(lane_last_n) = c.last_n;
@@ -236,38 +233,38 @@ void LaneGroup::store(int lane) {
   const auto take = [&](const Block& block, std::vector<double>& list) {
     for (int i = 0; i < block.size; ++i) list[static_cast<std::size_t>(i)] = at(block, i, lane);
   };
-  take(q_, d.q);
-  take(v_, d.v);
-  take(slides_, s.problem_.slide_last);
+  take(now_.q, d.q);
+  take(now_.v, d.v);
+  take(now_.slides, s.problem_.slide_last);
   auto& works = d.totals.integrals;
   auto& extremes = d.totals.extremes;
-  works.drive = at(drive_, 0, lane);
-  works.stabilisation = at(stabilisation_, 0, lane);
-  works.contact = at(totals_, lane_contact_loss, lane);
-  works.friction = at(totals_, lane_friction_loss, lane);
-  extremes.lcp_residual = at(totals_, lane_lcp_residual, lane);
-  extremes.lcp_residual_rate = at(totals_, lane_lcp_residual_rate, lane);
-  extremes.constraint_length = at(totals_, lane_constraint_length, lane);
-  extremes.constraint_angle = at(totals_, lane_constraint_angle, lane);
-  *member.passed = at(totals_, lane_passed, lane);
+  works.drive = at(now_.drive, 0, lane);
+  works.stabilisation = at(now_.stabilisation, 0, lane);
+  works.contact = at(now_.totals, lane_contact_loss, lane);
+  works.friction = at(now_.totals, lane_friction_loss, lane);
+  extremes.lcp_residual = at(now_.totals, lane_lcp_residual, lane);
+  extremes.lcp_residual_rate = at(now_.totals, lane_lcp_residual_rate, lane);
+  extremes.constraint_length = at(now_.totals, lane_constraint_length, lane);
+  extremes.constraint_angle = at(now_.totals, lane_constraint_angle, lane);
+  *member.passed = at(now_.totals, lane_passed, lane);
   auto& work = d.totals.work;
   work.steps += time.steps;
   work.factorisations += time.steps;
   work.rhs += time.steps;
   work.lcp_solves += time.solves;
-  if (slides_.size > 0) work.pivots += time.pressed;  // the first mode of each
+  if (now_.slides.size > 0) work.pivots += time.pressed;  // the first mode of each
   int ratio = 0;
   for (std::size_t block = 0; block < least_.size(); ++block) {
     least_[block] = 1;
     for (int i = 0; i < functions_.ratios[block]; ++i)
-      least_[block] = std::min(least_[block], at(ratios_, ratio++, lane));
+      least_[block] = std::min(least_[block], at(now_.ratios, ratio++, lane));
   }
   d.saddle.factored_elsewhere(least_.data());
   for (int k = 0; k < contacts_; ++k) {
     auto& c = s.contacts_[k];
-    c.gap = at(gaps_, k, lane);
+    c.gap = at(now_.gaps, k, lane);
     if (k != time.contact) continue;
-    const auto record = [&](int i) { return at(records_, lane_record_size * k + i, lane); };
+    const auto record = [&](int i) { return at(now_.records, lane_record_size * k + i, lane); };
     c.impulse_n = record(lane_impulse_n);
     c.impulse_t = record(lane_impulse_t);
     c.last_n = record(lane_last_n);
@@ -288,9 +285,9 @@ void LaneGroup::set_times() {
     auto& time = times_[static_cast<std::size_t>(lane)];
     time.solves_now = 0;
     const double t = time.t_start + static_cast<double>(time.index + 1) * time.step, h = t - time.t;
-    at(t_end_, 0, lane) = t;
-    at(h_, 0, lane) = h;
-    at(t_middle_, 0, lane) = time.t + 0.5 * h;
+    at(work_.t_end, 0, lane) = t;
+    at(work_.h, 0, lane) = h;
+    at(work_.t_middle, 0, lane) = time.t + 0.5 * h;
   }
 }
 
@@ -299,7 +296,7 @@ void LaneGroup::set_times() {
 unsigned LaneGroup::meet_contacts(unsigned lanes) {
   unsigned other = 0, open = lanes;
   for (int k = 0; k < contacts_; ++k) {
-    const unsigned acting = lanes_where([&](int lane) { return at(reach_, k, lane) <= 0; }),
+    const unsigned acting = lanes_where([&](int lane) { return at(work_.reach, k, lane) <= 0; }),
                    closed = closed_at(k);
     // A joint friction may still press the closed contact.
     other |= functions_.slides.empty() ? acting ^ closed : acting & ~closed;
@@ -315,10 +312,11 @@ unsigned LaneGroup::press(int contact, unsigned lanes) {
   const auto k = static_cast<std::size_t>(contact);
   for (int lane = 0; lane < width_; ++lane) {
     const bool acts = (lanes >> lane & 1) != 0;
-    at(acts_, contact, lane) = acts ? 1 : 0;
+    at(work_.acts, contact, lane) = acts ? 1 : 0;
     times_[static_cast<std::size_t>(lane)].solves_now += acts ? 1 : 0;
   }
-  return lanes & functions_.contacts[k](constants_, contact_in_[k].data(), contact_out_[k].data());
+  return lanes &
+         functions_.contacts[k](constants_, contact_calls_[k].in.data(), contact_calls_[k].out.data());
 }
 
 /// The impulse of the joint friction where no contact acts without it; and of a contact that acts with it.
@@ -327,12 +325,12 @@ unsigned LaneGroup::slide(unsigned lanes) {
   if (functions_.slides.empty() || lanes == 0) return 0;
   for (int lane = 0; lane < width_; ++lane) {
     const bool asked = (lanes >> lane & 1) != 0;
-    at(slide_asked_, 0, lane) = asked ? 1 : 0;
+    at(work_.slide_asked, 0, lane) = asked ? 1 : 0;
     times_[static_cast<std::size_t>(lane)].solves_now += asked ? 1 : 0;
   }
-  unsigned other = lanes & functions_.slides.front()(constants_, slide_in_.data(), slide_out_.data());
+  unsigned other = lanes & functions_.slides.front()(constants_, slide_.in.data(), slide_.out.data());
   for (int k = 0; k < contacts_; ++k)
-    other |= lanes_where([&](int lane) { return at(slide_reach_, k, lane) <= 0; }) ^ closed_at(k);
+    other |= lanes_where([&](int lane) { return at(work_.slide_reach, k, lane) <= 0; }) ^ closed_at(k);
   for (int k = 0; k < contacts_; ++k) other |= press(k, closed_at(k) & lanes & ~other);
   return other & lanes;
 }
@@ -344,15 +342,16 @@ unsigned LaneGroup::open_gaps(unsigned lanes) {
   for (int k = 0; k < contacts_; ++k) {
     unsigned deep = 0;
     for (int lane = 0; lane < width_; ++lane) {
-      const bool opens = at(gaps_, k, lane) < 0;
-      at(opens_, k, lane) = opens ? 1 : 0;
+      const bool opens = at(now_.gaps, k, lane) < 0;
+      at(work_.opens, k, lane) = opens ? 1 : 0;
       if (opens) deep |= 1u << lane;
     }
     other |= deep & ~closed_at(k);
     deep &= lanes & ~other;
     if (deep == 0) continue;
     const auto which = static_cast<std::size_t>(k);
-    other |= deep & functions_.opens[which](constants_, open_in_[which].data(), open_out_[which].data());
+    other |= deep &
+             functions_.opens[which](constants_, open_calls_[which].in.data(), open_calls_[which].out.data());
   }
   return other;
 }
@@ -361,13 +360,13 @@ unsigned LaneGroup::open_gaps(unsigned lanes) {
 void LaneGroup::account_potential(unsigned lanes) {
   for (int lane = 0; lane < width_; ++lane) {
     if ((lanes >> lane & 1) == 0) continue;
-    for (int i = 0; i < q_.size; ++i) {
-      q_one_[static_cast<std::size_t>(i)] = at(q_, i, lane);
-      q_free_one_[static_cast<std::size_t>(i)] = at(free_q_, i, lane);
+    for (int i = 0; i < now_.q.size; ++i) {
+      q_one_[static_cast<std::size_t>(i)] = at(now_.q, i, lane);
+      q_free_one_[static_cast<std::size_t>(i)] = at(work_.free_q, i, lane);
     }
     const auto& system = members_[static_cast<std::size_t>(lane)].stepper->data_.system;
     const double before = system.potential(q_free_one_.data());
-    at(stabilisation_, 0, lane) += system.potential(q_one_.data()) - before;
+    at(now_.stabilisation, 0, lane) += system.potential(q_one_.data()) - before;
   }
 }
 
@@ -378,22 +377,22 @@ void LaneGroup::restore(unsigned lanes) {
     if ((lanes >> lane & 1) == 0) continue;
     for (std::size_t i = 0; i < quantities; ++i) {
       const auto place = i * static_cast<std::size_t>(width_) + static_cast<std::size_t>(lane);
-      q_.data[place] = saved_q_.data[place];
+      now_.q.data[place] = saved_.q.data[place];
     }
   }
 }
 
 void LaneGroup::record(long most) {
   const auto states = most > 0 ? static_cast<std::size_t>(most) + 1 : 0, lanes = members_.size();
-  motion_.resize(states * static_cast<std::size_t>(q_.size + v_.size) * lanes);
+  motion_.resize(states * static_cast<std::size_t>(now_.q.size + now_.v.size) * lanes);
   motion_times_.resize(states * lanes);
 }
 
 void LaneGroup::keep_motion(long step) {
   if (motion_.empty()) return;
   const auto at = static_cast<std::size_t>(step),
-             size = static_cast<std::size_t>((q_.size + v_.size) * width_);
-  std::memcpy(motion_.data() + at * size, q_.data, size * sizeof(double));  // and v_, which follows
+             size = static_cast<std::size_t>((now_.q.size + now_.v.size) * width_);
+  std::memcpy(motion_.data() + at * size, now_.q.data, size * sizeof(double));  // and now_.v, which follows
   for (std::size_t lane = 0; lane < times_.size(); ++lane)
     motion_times_[at * times_.size() + lane] = times_[lane].t;
 }
@@ -412,12 +411,12 @@ double LaneGroup::recorded(long step, int lane, std::vector<double>& q, std::vec
 unsigned LaneGroup::advance(unsigned lanes, long most) {
   keep_motion(0);
   for (done_ = 0; done_ < most; ++done_) {
-    std::memcpy(saved_q_.data, q_.data, state_size_ * sizeof(double));
+    std::memcpy(saved_.q.data, now_.q.data, state_size_ * sizeof(double));
     set_times();
-    auto bad = functions_.middle(constants_, middle_in_.data(), middle_out_.data());
+    auto bad = functions_.middle(constants_, middle_.in.data(), middle_.out.data());
     bad |= meet_contacts(lanes);
     if ((bad & lanes) != lanes) {
-      bad |= functions_.end(constants_, end_in_.data(), end_out_.data());
+      bad |= functions_.end(constants_, end_.in.data(), end_.out.data());
       bad |= open_gaps(lanes & ~bad);
       if (potential_) account_potential(lanes & ~bad);
     }
@@ -425,7 +424,7 @@ unsigned LaneGroup::advance(unsigned lanes, long most) {
     for (int lane = 0; lane < width_; ++lane) {
       if ((bad >> lane & 1) != 0) continue;
       auto& time = times_[static_cast<std::size_t>(lane)];
-      time.t = at(t_end_, 0, lane);
+      time.t = at(work_.t_end, 0, lane);
       ++time.index;
       ++time.steps;
       time.pressed += time.contact >= 0 ? 1 : 0;

@@ -52,6 +52,22 @@ class LaneGroup {
   struct Block {
     double* data = nullptr;
     int size = 0;
+    operator double*() const { return data; }
+  };
+  /// Quantities that steps change.
+  struct State {
+    Block q, v, drive, stabilisation, gaps, records, totals, slides, ratios;
+  };
+  /// Quantities of one step.
+  struct Work {
+    Block middle_q, cosine, sine, phi_t, G, gamma, factors, force, lambda, middle_gap, normal, tangent,
+        gamma_n, gamma_t, rates, reach, free_q, t_middle, t_end, h, acts, opens, facts, slide_row,
+        slide_gamma, slide_asked, slide_reach, tolerance, unused;
+  };
+  /// Arguments of a function.
+  struct Call {
+    std::vector<const double*> in;
+    std::vector<double*> out;
   };
   struct Times {
     double t = 0, t_start = 0, step = 1;  // s
@@ -89,19 +105,10 @@ class LaneGroup {
   std::vector<double> constants_room_, state_room_, saved_room_, work_room_;
   std::size_t state_size_ = 0;
   double* constants_ = nullptr;
-  // Changed by steps; `saved` has their values before the present one.
-  Block q_, v_, drive_, stabilisation_, gaps_, records_, totals_, slides_, ratios_;
-  Block saved_q_, saved_v_, saved_drive_, saved_stabilisation_, saved_gaps_, saved_records_, saved_totals_,
-      saved_slides_, saved_ratios_;
-  Block middle_q_, cosine_, sine_, phi_t_, G_, gamma_, factors_, force_, lambda_, middle_gap_, normal_,
-      tangent_, gamma_n_, gamma_t_, rates_, reach_, free_q_, t_middle_, t_end_, h_, acts_, opens_, facts_,
-      slide_row_, slide_gamma_, slide_asked_, slide_reach_, tolerance_, unused_;
-  std::vector<const double*> middle_in_, end_in_;
-  std::vector<double*> middle_out_, end_out_;
-  std::vector<const double*> slide_in_;
-  std::vector<double*> slide_out_;
-  std::vector<std::vector<const double*>> contact_in_, open_in_;
-  std::vector<std::vector<double*>> contact_out_, open_out_;
+  State now_, saved_;  // after the present step, and before it
+  Work work_;
+  Call middle_, end_, slide_;
+  std::vector<Call> contact_calls_, open_calls_;  // of each contact
   bool potential_ = false;
   std::vector<double> q_one_, q_free_one_, least_;  // of one lane
   long done_ = 0;
