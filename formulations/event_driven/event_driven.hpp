@@ -85,7 +85,7 @@ class EventDriven {
       if (is_coarse_) method_ = coarse_;
     m(method_, search_, touches_, pending_, last_, pace_, impacts_, findings_, span_, kept_, kept_at_,
       last_lockup_, mode_before_);
-    forces_.serialize(m, dynamics_);
+    forces_.serialize(m, dynamics_, dynamics_.system);
   }
 
   double t() const { return method_.t; }
@@ -102,7 +102,7 @@ class EventDriven {
 
   /// @name Forces; see Step
   ///@{
-  void watch_forces(bool on) { forces_.watch(on, dynamics_); }
+  void watch_forces(bool on) { forces_.watch(on, dynamics_, dynamics_.system); }
   void forces(double t, Forces& out) { forces_.at(dynamics_, search_.at(method_, t), t, out); }
   void add_impulse(double a, double b, Forces& sum) { integrate_forces(*this, a, b, forces_.scratch(), sum); }
   const Forces& before() const { return forces_.before(); }

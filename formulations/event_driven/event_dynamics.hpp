@@ -160,15 +160,9 @@ class EventDynamics : public ModeEquations {
   bool along_traced_ = false;
 };
 
-/// WatchedForces: forces of an event-driven run for observers. It evaluates them with a second
-/// object of the dynamics, so that observation does not change the motion in any digit.
-class WatchedForces {
+/// WatchedForces: forces of an event-driven run for observers.
+class WatchedForces : public ForceProbe<EventDynamics> {
  public:
-  void watch(bool on, const EventDynamics& dynamics) {
-    watching_ = on;
-    if (on && !probe_) make_probe(dynamics);
-  }
-  bool watching() const { return watching_; }
   /// Called before a step.
   void clear() {
     if (!watching_) return;
@@ -186,35 +180,17 @@ class WatchedForces {
   /// Impulses of an impact, before it is accepted.
   void apply_impact(EventDynamics& dynamics, const std::vector<double>& x,
                     const std::vector<int>& in_impact) {
-    if (watching_) dynamics.report_impact(x, in_impact, impact_forces_);
+    if (watching_) dynamics.report_impact(x, in_impact, scratch_);
   }
   void keep_impact() {
-    if (watching_) before_.add(1, impact_forces_);
+    if (watching_) before_.add(1, scratch_);
   }
   /// Where the impulses of projections before a step and within it are accumulated; null without
   /// observers.
   Forces* impulses_before() { return watching_ ? &before_ : nullptr; }
   Forces* impulses_within() { return watching_ ? &within_ : nullptr; }
-  const Forces& before() const { return before_; }
-  const Forces& within() const { return within_; }
-  Forces& scratch() { return scratch_; }
   /// Number of instants at which no forces were found.
   long unreported() const { return probe_ ? probe_->counts.unreported : 0; }
-
-  template <class M>
-  void serialize(M& m, const EventDynamics& dynamics) {
-    serialize_probe(m, probe_, watching_, [&] { make_probe(dynamics); });
-  }
-
- private:
-  void make_probe(const EventDynamics& dynamics) {
-    probe_ = dynamics.twin();
-    before_ = within_ = impact_forces_ = scratch_ = dynamics.system.make_forces();
-  }
-
-  bool watching_ = false;
-  std::unique_ptr<EventDynamics> probe_;  // made when forces are first observed
-  Forces before_, within_, impact_forces_, scratch_;
 };
 
 }  // namespace freeplay

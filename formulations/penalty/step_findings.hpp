@@ -73,10 +73,6 @@ struct FixedStepErrors {
     double lost = 0;      ///< m/s, the greatest error as a speed
     double duration = 0;  ///< s, duration of that contact
     double greatest = 0;  ///< m/s, greatest speed change by a contact
-    template <class M>
-    void serialize(M& m) {
-      m(lost, duration, greatest);
-    }
   };
   struct Pulse {
     /// greatest change of the speed of a phase's argument in a step, and its greatest speed
@@ -93,7 +89,7 @@ struct FixedStepErrors {
 
   template <class M>
   void serialize(M& m) {
-    m(short_contact, pulses, coarse);
+    m(short_contact.lost, short_contact.duration, short_contact.greatest, pulses, coarse);
   }
 
   /// Greatest change of a speed by the change of its acceleration in one step, over the greatest

@@ -36,7 +36,9 @@ class PenaltyStepper {
  public:
   /// `pace`: characteristic time of the scene (s), Scales::time.
   PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor, double pace)
-      : m_(std::move(dynamics), std::move(method), v0_floor), pace_(pace, m_.f.system().contacts()) {
+      : m_(std::move(dynamics), std::move(method), v0_floor),
+        pace_(pace, m_.f.system().contacts()),
+        forces_(m_.mark.size()) {
     extremes_.penetration.assign(m_.mark.size(), 0);
   }
 
@@ -74,7 +76,7 @@ class PenaltyStepper {
   void serialize(M& m) {
     m.part("penalty stepper");
     m(m_, search_, modes_, pace_, errors_, extremes_, lost_);
-    forces_.serialize(m, m_.f);
+    forces_.serialize(m, m_.f, m_.f.system());
   }
 
   double t() const { return m_.method.t; }
@@ -99,7 +101,7 @@ class PenaltyStepper {
 
   /// @name Forces; see Step
   ///@{
-  void watch_forces(bool on) { forces_.watch(on, m_.f); }
+  void watch_forces(bool on) { forces_.watch(on, m_.f, m_.f.system()); }
   void forces(double t, Forces& out) {
     if (t < m_.method.t)
       m_.method.show(t, static_cast<std::size_t>(m_.f.system().n()), m_.moving);
