@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +16,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "io/files/access.hpp"
 #include "io/files/output_file.hpp"
 
 namespace freeplay {
@@ -174,14 +176,17 @@ ChildEnd run_child(const Child& child) {
   for (const int end : {in.ends[1], output.ends[0], errors.ends[0]}) fcntl(end, F_SETFL, O_NONBLOCK);
   if (!child.listen) output.close_end(0);
 
+  const Descriptor process(static_cast<int>(syscall(SYS_pidfd_open, id, 0)));  // readable at its end
   ChildEnd end;
   const auto until = Clock::now() + std::chrono::duration<double>(child.seconds);
   auto rest = child.input;
   bool interrupted = false;
   for (int status = 0;;) {
     // poll() ignores negative descriptors.
-    std::array<pollfd, 3> waits{
-        {{in.ends[1], POLLOUT, 0}, {errors.ends[0], POLLIN, 0}, {output.ends[0], POLLIN, 0}}};
+    std::array<pollfd, 4> waits{{{in.ends[1], POLLOUT, 0},
+                                 {errors.ends[0], POLLIN, 0},
+                                 {output.ends[0], POLLIN, 0},
+                                 {process.number(), POLLIN, 0}}};
     poll(waits.data(), waits.size(), pause);
     if (waits[0].revents) {
       const auto gone = rest.empty() ? 0 : write_quietly(in.ends[1], rest);
