@@ -30,28 +30,26 @@ Rows::Rows(const std::filesystem::path& file) : file_(file.string()), lines_(fil
   if (!lines_.next(line_))
     throw SceneError(file_ + ": is empty; expected a header with the names of columns");
   split();
-  fields_.resize(count_);
-  names_ = fields_;
+  names_.assign(fields_.begin(), fields_.end());
   for (std::size_t i = 0; i < names_.size(); ++i)
     if (!is_name(names_[i])) refuse(i, "the name of a column");
 }
 
 void Rows::split() {
-  count_ = 0;
-  for (std::size_t from = 0; from <= line_.size(); ++count_) {
-    const auto to = std::min(line_.find(',', from), line_.size());
-    if (count_ == fields_.size()) fields_.emplace_back();
-    fields_[count_].assign(line_, from, to - from);
-    from = to + 1;
+  fields_.clear();
+  const std::string_view line = line_;
+  for (std::size_t from = 0, to = 0; from <= line.size(); from = to + 1) {
+    to = std::min(line.find(',', from), line.size());
+    fields_.push_back(line.substr(from, to - from));
   }
 }
 
 bool Rows::next() {
   if (!lines_.next(line_)) return false;
   split();
-  if (count_ != names_.size())
-    throw SceneError(
-        fmt::format("{}:{}: has {} fields, the header {}", file_, lines_.number(), count_, names_.size()));
+  if (fields_.size() != names_.size())
+    throw SceneError(fmt::format("{}:{}: has {} fields, the header {}", file_, lines_.number(),
+                                 fields_.size(), names_.size()));
   return true;
 }
 
@@ -80,20 +78,18 @@ double Rows::maybe_number(std::size_t place) const {
   return fields_[place].empty() ? std::nan("") : number(place);
 }
 
-const std::string& Rows::name(std::size_t place) const {
+std::string Rows::name(std::size_t place) const {
   if (!is_name(fields_[place])) refuse(place, "a name");
-  return fields_[place];
+  return std::string(fields_[place]);
 }
 
-const std::string& Rows::label(std::size_t place) const {
-  const auto& text = fields_[place];
+std::string Rows::label(std::size_t place) const {
+  const auto text = fields_[place];
   if (text.empty() || text.size() > longest_label || visible(text) != text) refuse(place, "a short text");
-  return text;
+  return std::string(text);
 }
 
-const std::string& Rows::maybe_label(std::size_t place) const {
-  return fields_[place].empty() ? fields_[place] : label(place);
-}
+std::string Rows::maybe_label(std::size_t place) const { return fields_[place].empty() ? "" : label(place); }
 
 ReadTable::ReadTable(const std::filesystem::path& file, const std::vector<std::string>& names,
                      const std::vector<std::string>& numbers, const std::vector<std::string>& labels) {

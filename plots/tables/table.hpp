@@ -30,11 +30,11 @@ class Rows {
   /// number(), but NaN for an empty field.
   double maybe_number(std::size_t place) const;
   /// A field as a name: at most 100 letters, digits, spaces and _ - + . :
-  const std::string& name(std::size_t place) const;
+  std::string name(std::size_t place) const;
   /// A field as a text for display; hidden characters are an error.
-  const std::string& label(std::size_t place) const;
+  std::string label(std::size_t place) const;
   /// label(), but empty for an empty field.
-  const std::string& maybe_label(std::size_t place) const;
+  std::string maybe_label(std::size_t place) const;
 
  private:
   void split();
@@ -42,8 +42,8 @@ class Rows {
 
   std::string file_, line_;
   LineReader lines_;
-  std::vector<std::string> names_, fields_;
-  std::size_t count_ = 0;  // number of fields in the row
+  std::vector<std::string> names_;
+  std::vector<std::string_view> fields_;  // of line_
 };
 
 /// Selected columns of a small table, read as a whole. Labels may be empty.
