@@ -12,6 +12,7 @@
 #include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
+#include "study/runs/executor.hpp"
 
 namespace freeplay::plots {
 namespace {
@@ -366,22 +367,22 @@ std::vector<std::filesystem::path> all(const std::filesystem::path& folder, cons
 #include "plots/figures/figures.def"
 #undef FIGURES
   };
-  std::vector<std::filesystem::path> made;
-  std::exception_ptr failure;  // the first one; later figures are drawn all the same
-  for (const auto* drawing : drawings) {
-    if (stop()) break;
-    if (std::ranges::none_of(drawing->needs,
+  std::vector<std::filesystem::path> made[std::size(drawings)], list;
+  std::exception_ptr failures[std::size(drawings)];
+  execute_jobs(0, std::size(drawings), stop, [&](std::size_t i) {
+    if (std::ranges::none_of(drawings[i]->needs,
                              [&](const char* f) { return std::filesystem::exists(folder / f); }))
-      continue;
+      return;
     try {
-      const auto paths = drawing->draw(folder);
-      made.insert(made.end(), paths.begin(), paths.end());
-    } catch (const OutputError&) {
-      if (!failure) failure = std::current_exception();
+      made[i] = drawings[i]->draw(folder);
+    } catch (...) {  // the others are drawn all the same
+      failures[i] = std::current_exception();
     }
-  }
-  if (failure) std::rethrow_exception(failure);
-  return made;
+  });
+  for (const auto& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+  for (const auto& paths : made) list.insert(list.end(), paths.begin(), paths.end());
+  return list;
 }
 
 }  // namespace freeplay::plots

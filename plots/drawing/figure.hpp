@@ -92,8 +92,9 @@ struct Drawing {
 #include "plots/figures/figures.def"
 #undef FIGURES
 
-/// Draws all figures that the result files of a folder allow. A stop request ends the loop after
-/// the current figure. If figures fail, the others are drawn before the first OutputError is thrown.
+/// Draws all figures that the result files of a folder allow, kinds of figures on all cores. After a
+/// stop request no further kind is begun. If figures fail, the others are drawn before the error of
+/// the first one, in the order of figures.def, is thrown.
 std::vector<std::filesystem::path> all(const std::filesystem::path& folder, const StopToken& stop = {});
 
 /// Removes the figures that all() has drawn of a single run in the folder. Files of the user
