@@ -5,11 +5,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/cluster/shards.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
-#include "cli/shards.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/output_file.hpp"

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/cluster/shards.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
-#include "cli/shards.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"

@@ -15,8 +15,8 @@
 #include <filesystem>
 #include <regex>
 
+#include "cli/cluster/shards.hpp"
 #include "cli/help.hpp"
-#include "cli/shards.hpp"
 #include "io/files/identity.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/spelling.hpp"

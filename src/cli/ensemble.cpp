@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/cluster/shards.hpp"
 #include "cli/command_line.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
-#include "cli/shards.hpp"
 #include "cli/terminal.hpp"
 #include "facade/identify.hpp"
 #include "io/files/result_set.hpp"

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <map>
 
+#include "cli/cluster/shards.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
 #include "cli/folders.hpp"
-#include "cli/shards.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/escaping.hpp"
 #include "io/files/folder_lock.hpp"

@@ -1,4 +1,4 @@
-#include "cli/shards.hpp"
+#include "cli/cluster/shards.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,9 +6,9 @@
 #include <charconv>
 #include <cstdlib>
 
+#include "cli/cluster/slurm.hpp"
 #include "cli/ending.hpp"
 #include "cli/folders.hpp"
-#include "cli/slurm.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/escaping.hpp"
 #include "mechanism/error.hpp"

@@ -10,10 +10,10 @@
 #include <cmath>
 #include <set>
 
+#include "cli/cluster/shards.hpp"
+#include "cli/cluster/slurm.hpp"
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
-#include "cli/shards.hpp"
-#include "cli/slurm.hpp"
 #include "io/files/escaping.hpp"
 #include "mechanism/error.hpp"
 #include "study/partition/divided.hpp"

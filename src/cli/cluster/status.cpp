@@ -5,10 +5,10 @@
 
 #include <chrono>
 
+#include "cli/cluster/shards.hpp"
+#include "cli/cluster/slurm.hpp"
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
-#include "cli/shards.hpp"
-#include "cli/slurm.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/escaping.hpp"
 #include "study/partition/merge.hpp"

@@ -1,4 +1,4 @@
-#include "cli/slurm.hpp"
+#include "cli/cluster/slurm.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
