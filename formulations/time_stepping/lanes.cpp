@@ -196,6 +196,7 @@ void run_in_lanes(const LaneFunctions& functions, const std::function<std::optio
 
 Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
                           const std::function<double()>& next_shown,
+                          const std::function<void(const Step&)>& follow,
                           const std::function<const SingleLane*()>& lane) {
   if (!dynamic_cast<Laned*>(&formulation)) return formulation.run(until, watch);
   Ending ending;
@@ -203,7 +204,7 @@ Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
                                        .until = until,
                                        .watch = &watch,
                                        .next_shown = next_shown,
-                                       .follow = {},
+                                       .follow = follow,
                                        .constants = nullptr,
                                        .ended = [&](const Ending& e, long) { ending = e; }};
   Lanes([&] { return std::exchange(run, {}); }, lane).run();

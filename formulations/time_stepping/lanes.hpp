@@ -23,10 +23,11 @@ struct SingleLane {
   std::vector<double> constants;  ///< of its traced functions (TracedLanes)
 };
 
-/// Runs a formulation to `until` (s). `next_shown`: as for LaneRun. `lane`: asked after each step that
-/// is not in the lane, until it returns something; then its functions are used.
+/// Runs a formulation to `until` (s). `next_shown` and `follow`: as for LaneRun. `lane`: asked after each
+/// step that is not in the lane, until it returns something; then its functions are used.
 Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
                           const std::function<double()>& next_shown,
+                          const std::function<void(const Step&)>& follow,
                           const std::function<const SingleLane*()>& lane);
 
 // Runs of fixed time steps in lanes: several formulations of mechanisms of one structure step together

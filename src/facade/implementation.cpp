@@ -167,21 +167,13 @@ class Simulation::Group {
     auto& s = m.simulation();
     clock_.begin(m.cpu);
     m.run = std::make_unique<Implementation::Underway>(s, m.one.request);
-    auto& watch = m.run->watch;
-    LaneRun run{.formulation = s.form.get(),
-                .until = m.run->until,
-                .watch = &watch,
-                .next_shown = m.one.next_shown,
-                .follow = {},
-                .constants = &m.traced().object.constants(),
-                .ended = [this, &m](const Ending& ending, long in_lanes) { end(m, ending, in_lanes); }};
-    const bool samples = watch.wants_samples();
-    if (samples || !m.one.followers.empty())
-      run.follow = [&m, &watch, samples](const Step& step) {
-        if (samples) watch.sample(step);
-        for (auto* o : m.one.followers) o->step(step);
-      };
-    return run;
+    return {.formulation = s.form.get(),
+            .until = m.run->until,
+            .watch = &m.run->watch,
+            .next_shown = m.one.next_shown,
+            .follow = m.run->follow(m.one.followers),
+            .constants = &m.traced().object.constants(),
+            .ended = [this, &m](const Ending& ending, long in_lanes) { end(m, ending, in_lanes); }};
   }
 
   void end(Member& m, const Ending& ending, long in_lanes) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -130,6 +131,8 @@ struct Simulation::Implementation::Underway {
   Result finish(const Ending& ending);
   /// Time (s) up to which no observer needs steps, except the last one before it.
   double next_shown() const;
+  /// LaneRun::follow: the instruments, and `followers`.
+  std::function<void(const Step&)> follow(const std::vector<Observer*>& followers = {});
 
   Implementation& simulation;
   double until;

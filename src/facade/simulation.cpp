@@ -271,7 +271,9 @@ std::vector<Observer*> Simulation::Implementation::Underway::observers_of(const 
   for (const auto* o : observers) {
     const auto wants = o->wants();
     const auto* some = dynamic_cast<const Occasional*>(o);
-    if (wants.forces || wants.samples || (wants.steps && !some)) every_step = true;
+    // Instruments of motions follow steps in lanes; forces are known only in steps of their own.
+    if (wants.forces || (wants.samples && simulation.sensors.wants_forces()) || (wants.steps && !some))
+      every_step = true;
     if (wants.steps && some) occasional.push_back(some);
   }
   return observers;
@@ -282,6 +284,16 @@ double Simulation::Implementation::Underway::next_shown() const {
   if (every_step) return -next;
   for (const auto* o : occasional) next = std::min(next, o->next());
   return next;
+}
+
+std::function<void(const Step&)> Simulation::Implementation::Underway::follow(
+    const std::vector<Observer*>& followers) {
+  const bool samples = watch.wants_samples();
+  if (!samples && followers.empty()) return {};
+  return [this, samples, followers](const Step& step) {
+    if (samples) watch.sample(step);
+    for (auto* o : followers) o->step(step);
+  };
 }
 
 Result Simulation::Implementation::Underway::finish(const Ending& ending) {
@@ -305,7 +317,7 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Result Simulation::run(const RunRequest& request) {
   Implementation::Underway run(*it_, request);
   return run.finish(run_in_single_lane(
-      *it_->form, run.until, run.watch, [&] { return run.next_shown(); },
+      *it_->form, run.until, run.watch, [&] { return run.next_shown(); }, run.follow(),
       [&] { return run.every_step ? nullptr : it_->single_lane(request.stop); }));
 }
 
