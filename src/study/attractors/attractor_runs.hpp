@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "study/attractors/attractor.hpp"
+#include "analysis/attractor.hpp"
 #include "study/runs/section_run.hpp"
 #include "study/settings/study.hpp"
 #include "study/store/run_store.hpp"

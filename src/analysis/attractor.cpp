@@ -1,4 +1,4 @@
-#include "study/attractors/attractor.hpp"
+#include "analysis/attractor.hpp"
 
 #include <fmt/format.h>
 
