@@ -50,35 +50,22 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
   divide(saved_room_, state(saved_));
   for (const auto& [block, size] : blocks) state_size_ += static_cast<std::size_t>(size * width_);
   auto& w = work_;
-  divide(work_room_, {{&w.middle_q, n},
-                      {&w.cosine, bodies},
-                      {&w.sine, bodies},
-                      {&w.phi_t, m},
-                      {&w.G, entries},
-                      {&w.gamma, m},
-                      {&w.factors, functions_.factors},
-                      {&w.force, n},
-                      {&w.lambda, m},
-                      {&w.middle_gap, K},
-                      {&w.normal, K * row_size},
-                      {&w.tangent, K * row_size},
-                      {&w.gamma_n, K},
-                      {&w.gamma_t, K},
-                      {&w.rates, 4 * K},
-                      {&w.reach, K},
-                      {&w.free_q, n},
-                      {&w.t_middle, 1},
-                      {&w.t_end, 1},
-                      {&w.h, 1},
-                      {&w.acts, K},
-                      {&w.opens, K},
-                      {&w.facts, 2 * K},
-                      {&w.slide_row, row_size},
-                      {&w.slide_gamma, 1},
-                      {&w.slide_asked, 1},
-                      {&w.slide_reach, K},
-                      {&w.tolerance, 1},
-                      {&w.unused, 1}});
+  std::vector<std::pair<Block*, int>> work;
+  const auto of_size = [&](int size, std::initializer_list<Block*> list) {
+    for (auto* block : list) work.emplace_back(block, size);
+  };
+  of_size(n, {&w.middle_q, &w.force, &w.free_q});
+  of_size(m, {&w.phi_t, &w.gamma, &w.lambda});
+  of_size(bodies, {&w.cosine, &w.sine});
+  of_size(entries, {&w.G});
+  of_size(functions_.factors, {&w.factors});
+  of_size(K, {&w.middle_gap, &w.gamma_n, &w.gamma_t, &w.reach, &w.acts, &w.opens, &w.slide_reach});
+  of_size(K * row_size, {&w.normal, &w.tangent});
+  of_size(4 * K, {&w.rates});
+  of_size(2 * K, {&w.facts});
+  of_size(row_size, {&w.slide_row});
+  of_size(1, {&w.t_middle, &w.t_end, &w.h, &w.slide_gamma, &w.slide_asked, &w.tolerance, &w.unused});
+  divide(work_room_, work);
   potential_ = system.has_potential();
   q_one_.resize(static_cast<std::size_t>(n));
   q_free_one_.resize(static_cast<std::size_t>(n));
@@ -118,37 +105,20 @@ void LaneGroup::connect() {
              w.G,     w.factors, w.cosine,   w.sine,   s.drive, s.stabilisation, s.totals};
   end_.out = {w.free_q, s.q, w.unused, w.unused, s.drive, s.stabilisation, w.unused, w.unused};
   for (int k = 0; k < contacts_; ++k) {
-    for (double* x : {part(w.middle_gap, k), part(w.normal, row_size * k), part(w.tangent, row_size * k),
-                      part(w.gamma_n, k), part(w.gamma_t, k), part(w.rates, 4 * k)})
+    double *record = part(s.records, lane_record_size * k), *normal = part(w.normal, row_size * k),
+           *tangent = part(w.tangent, row_size * k), *rates = part(w.rates, 4 * k), *acts = part(w.acts, k),
+           *facts = part(w.facts, 2 * k), *opens = part(w.opens, k);
+    for (double* x : {part(w.middle_gap, k), normal, tangent, part(w.gamma_n, k), part(w.gamma_t, k), rates})
       middle_.out.push_back(x);
     end_.out.push_back(part(s.gaps, k));
-    double* record = part(s.records, lane_record_size * k);
-    contact_calls_.push_back({{w.h,
-                               w.factors,
-                               w.G,
-                               part(w.normal, row_size * k),
-                               part(w.tangent, row_size * k),
-                               part(w.rates, 4 * k),
-                               w.gamma_n,
-                               w.gamma_t,
-                               w.middle_gap,
-                               w.normal,
-                               s.v,
-                               w.lambda,
-                               w.force,
-                               saved_.v,
-                               part(w.acts, k),
-                               part(w.facts, 2 * k),
-                               record,
-                               s.totals,
-                               w.slide_row,
-                               w.slide_gamma,
-                               s.slides},
-                              {s.v, w.lambda, w.force, record, s.totals, s.slides}});
-    open_calls_.push_back(
-        {{w.t_end, w.middle_q, w.cosine, w.sine, w.factors, w.G, part(w.normal, row_size * k), s.q, s.gaps,
-          part(w.opens, k), s.totals, record, part(w.facts, 2 * k)},
-         {s.q, s.gaps, s.totals, record}});
+    contact_calls_.push_back(
+        {{w.h,       w.factors,    w.G,      normal,   tangent,     rates,         w.gamma_n,
+          w.gamma_t, w.middle_gap, w.normal, s.v,      w.lambda,    w.force,       saved_.v,
+          acts,      facts,        record,   s.totals, w.slide_row, w.slide_gamma, s.slides},
+         {s.v, w.lambda, w.force, record, s.totals, s.slides}});
+    open_calls_.push_back({{w.t_end, w.middle_q, w.cosine, w.sine, w.factors, w.G, normal, s.q, s.gaps, opens,
+                            s.totals, record, facts},
+                           {s.q, s.gaps, s.totals, record}});
   }
   for (double* x : {w.reach, s.ratios, w.slide_row, w.slide_gamma}) middle_.out.push_back(x);
   slide_.in = {w.h,       w.factors,    w.G,           w.slide_row, w.slide_gamma, s.slides,
