@@ -135,7 +135,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
       s.lambda = lambda_free_;
       s.free = free;
     }
-    collect(s, contacts, responses);
+    collect(s, contacts, responses, first);
     if (problem.unknowns.empty()) break;
     if (first && contacts.waiting()) {
       v_free_ = s.v;
@@ -181,7 +181,7 @@ bool StepProblem::push_whole(StepData& s, const ContactSet& contacts, ImpulseRes
 }
 
 /// Sets up the contact problem of the active contacts and the joints with friction.
-void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& responses) {
+void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& responses, bool first) {
   const double h = s.length();
   const bool all = s.reach == StepReach::all;
   problem.clear();
@@ -209,7 +209,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     u.normal = add_row(c.row.normal, rates ? rates->normal : c.row.normal.dot(s.v.data()), -c.bias_n, place,
                        responses);
     u.target_n = all && !c.soft ? -c.restitution * c.u_n_minus : 0;
-    const bool guess = heap ? !in_impact_last(c) : !any;
+    const bool guess = heap ? !first || !in_impact_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = contacts.facts(k).surface;

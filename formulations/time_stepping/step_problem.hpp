@@ -71,7 +71,7 @@ class StepProblem {
   int add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
               ImpulseResponses& responses);
   bool push_whole(StepData& step, const ContactSet& contacts, ImpulseResponses& responses);
-  void collect(StepData& step, ContactSet& contacts, ImpulseResponses& responses);
+  void collect(StepData& step, ContactSet& contacts, ImpulseResponses& responses, bool first);
   bool solve_contacts(StepData& step, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films);
   ContactSolution solve_islands(StepData& step, ImpulseResponses& responses);
   void react_to_all(StepData& step, const ImpulseResponses& responses) const;
