@@ -10,10 +10,6 @@ namespace {
 /// Greatest number of unknowns of an island without joints for which dense matrices are an
 /// alternative.
 constexpr int most_loose = 64;
-/// Half-bandwidth of D (in rows) up to which bodies without joints form a chain. Newton's method
-/// solves a chain in a few steps, whereas sweeps propagate a change at one end by one link per
-/// sweep.
-constexpr int most_narrow = 16;
 
 }  // namespace
 
@@ -160,7 +156,8 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
   if (free_bodies) {
     // other methods are no closer in acceptable time; the residual is reported
     if (heap) best_rate = 1e-3 * size;
-    if (newton_.order(x) <= most_narrow) {
+    // With more rows than coordinates D is singular and forces are not unique.
+    if (static_cast<int>(x.slots.size()) <= free_.columns()) {
       attempt([&] { return newton_.solve(x, accepted, 20); });
       if (!solved) x.impulse = given_;
     }

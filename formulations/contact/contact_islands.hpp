@@ -3,9 +3,9 @@
 //
 // Islands of up to IslandGroups::most_dense unknowns are solved as dense contact problems. Longer
 // islands store D by rows (island_groups.hpp). Islands of bodies without joints are solved by
-// sweeps over velocities (free_sweeps.hpp), other islands by Newton's method with band factors
-// (newton.hpp). If the band is too wide or these fail, Gauss–Seidel over the rows of D
-// follows, and for up to most_whole unknowns the solvers of small problems.
+// Newton's method (newton.hpp) while their rows can be independent, and by sweeps over velocities
+// (free_sweeps.hpp), other islands by Newton's method. If these fail, Gauss–Seidel over the rows of D follows, and for up to
+// most_whole unknowns the solvers of small problems.
 //
 // It owns the islands of the last solve and keeps the impulses of unchanged islands until clear().
 #pragma once
@@ -43,7 +43,7 @@ class ContactIslands {
                         const std::vector<SparseRow>& rows, const Responses& responses);
 
   /// Computes the impulses, of either sign, for which the rate of every row vanishes; where rows
-  /// depend on each other, the least impulses. Returns false if the band of an island is too wide.
+  /// depend on each other, the least impulses. Returns false if there are none.
   [[nodiscard]] bool hold(ContactProblem& whole, std::span<const int> slot,
                           const std::vector<SparseRow>& rows, const Responses& responses);
 
@@ -67,7 +67,7 @@ class ContactIslands {
   LcpSolver solver_;
   double tolerance_;
   IslandGroups groups_;
-  BandNewton newton_;
+  SparseNewton newton_;
   FreeSweeps free_;
   ContactProblem small_, ambiguous_;
   std::vector<int> ambiguous_ids_;

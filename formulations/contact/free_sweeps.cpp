@@ -8,8 +8,6 @@ namespace {
 
 /// δ of successive attempts. A greater δ converges from further away but takes more rounds.
 constexpr std::array deltas{1e-4, 1e-2, 1e-3};
-/// Number of operations of one factorisation above which sweeps are cheaper.
-constexpr double most_operations = 4e8;
 
 }  // namespace
 
@@ -86,42 +84,40 @@ double FreeSweeps::residual(const SparseIsland& x) const {
       });
 }
 
-/// Computes place_ of columns in the order of a breadth-first walk over bodies that starts at the
-/// last column of a first walk; also width_ and the masses.
-void FreeSweeps::order_columns() {
+/// Computes the pattern of the Jacobian, its entries of each contact, and the masses.
+void FreeSweeps::analyse() {
   const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
-  begin_.assign(static_cast<std::size_t>(columns) + 1, 0);
-  for (const auto& f : contacts_)
-    for (int k = 0; k < f.size; ++k) ++begin_[f.column[k] + 1];
-  for (int c = 0; c < columns; ++c) begin_[c + 1] += begin_[c];
-  of_.resize(static_cast<std::size_t>(begin_[columns]));
-  place_.assign(begin_.begin(), begin_.end());
-  for (int i = 0; i < count; ++i)
-    for (int k = 0; k < contacts_[i].size; ++k) of_[place_[contacts_[i].column[k]]++] = i;
-  int start = 0;
-  for (int walk = 0; walk < 2; ++walk) {
-    place_.assign(static_cast<std::size_t>(columns), -1);
-    walk_.assign(1, start);
-    place_[start] = 0;
-    for (std::size_t n = 0; n < walk_.size(); ++n)
-      for (int e = begin_[walk_[n]]; e < begin_[walk_[n] + 1]; ++e)
-        for (int k = 0; k < contacts_[of_[e]].size; ++k)
-          if (const int c = contacts_[of_[e]].column[k]; place_[c] < 0) {
-            place_[c] = static_cast<int>(walk_.size());
-            walk_.push_back(c);
-          }
-    start = walk_.back();
-  }
-  width_ = 0;
-  for (const auto& f : contacts_)
-    for (int k = 0; k < f.size; ++k)
-      for (int l = 0; l < k; ++l)
-        width_ = std::max(width_, std::abs(place_[f.column[k]] - place_[f.column[l]]));
-  if (static_cast<int>(walk_.size()) < columns || 2.0 * columns * width_ * width_ > most_operations)
-    width_ = columns;
   mass_.assign(static_cast<std::size_t>(columns), 0.0);
+  std::vector<int> first(static_cast<std::size_t>(columns) + 1, 0), of, at(first.size(), -1), begin{0},
+      column;
   for (const auto& f : contacts_)
-    for (int k = 0; k < f.size; ++k) mass_[f.column[k]] = f.mobility[k] > 0 ? 1 / f.mobility[k] : 0;
+    for (int k = 0; k < f.size; ++k) {
+      ++first[f.column[k] + 1];
+      mass_[f.column[k]] = f.mobility[k] > 0 ? 1 / f.mobility[k] : 0;
+    }
+  for (int c = 0; c < columns; ++c) first[c + 1] += first[c];
+  of.resize(static_cast<std::size_t>(first[columns]));
+  auto next = first;
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k < contacts_[i].size; ++k) of[next[contacts_[i].column[k]]++] = i * Contact::most + k;
+  entries_.resize(contacts_.size() * Contact::most * Contact::most);
+  diagonal_.resize(static_cast<std::size_t>(columns));
+  for (int c = 0; c < columns; ++c) {
+    for (int e = first[c]; e < first[c + 1]; ++e) {
+      const auto& f = contacts_[of[e] / Contact::most];
+      for (int l = 0; l < f.size; ++l) {
+        int& place = at[f.column[l]];
+        if (place < begin.back()) {
+          place = static_cast<int>(column.size());
+          column.push_back(f.column[l]);
+        }
+        entries_[of[e] * Contact::most + l] = place;
+      }
+    }
+    diagonal_[c] = at[c];
+    begin.push_back(static_cast<int>(column.size()));
+  }
+  jacobian_.analyse(begin, column);
 }
 
 /// Computes the impulses at y about P⁰ in P_, F = M y − Σ W P and, if requested, its Jacobian.
@@ -131,8 +127,8 @@ double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
   F_.resize(static_cast<std::size_t>(columns));
   for (int c = 0; c < columns; ++c) F_[c] = mass_[c] * y_[c];
   if (with_jacobian) {
-    band_.begin(columns, width_);
-    for (int c = 0; c < columns; ++c) band_.at(place_[c], place_[c]) = mass_[c];
+    std::ranges::fill(jacobian_.values(), 0.0);
+    for (int c = 0; c < columns; ++c) jacobian_.values()[diagonal_[c]] = mass_[c];
   }
   for (int i = 0; i < count; ++i) {
     const auto& f = contacts_[i];
@@ -154,7 +150,8 @@ double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
     for (int k = 0; k < f.size; ++k) {
       const double by_n = f.normal[k] * nn + f.tangent[k] * tn, by_t = f.tangent[k] * tt;
       for (int l = 0; l < f.size; ++l)
-        band_.at(place_[f.column[k]], place_[f.column[l]]) += by_n * f.normal[l] + by_t * f.tangent[l];
+        jacobian_.values()[entries_[(i * Contact::most + k) * Contact::most + l]] +=
+            by_n * f.normal[l] + by_t * f.tangent[l];
     }
   }
   double worst = 0;
@@ -172,18 +169,17 @@ void FreeSweeps::newton_round(SparseIsland& x, double accepted, double delta, in
     P_[2 * i + 1] = x.unknowns[i].impulse_t;
   }
   double off = INFINITY, first = 0;
-  for (int i = 0; i < 12 && off > std::max(0.01 * accepted, 1e-7 * first) && !(i > 1 && off > 0.1 * first);
-       ++i) {
+  for (int i = 0; i < 12 && off > std::max(accepted, 1e-7 * first) && !(i > 1 && off > 0.1 * first); ++i) {
     ++steps;
     const double from = evaluate(x, delta, true);
     if (!std::isfinite(from)) return;
     if (i == 0) first = from;
-    if (!band_.factor(0)) return;
-    for (int c = 0; c < columns; ++c) step_[place_[c]] = -F_[c];
-    band_.solve(step_.data());
+    if (!jacobian_.factor(0)) return;
+    for (int c = 0; c < columns; ++c) step_[c] = -F_[c];
+    jacobian_.solve(step_.data());
     double share = 1, taken = 0;
     for (int k = 0; k < 4; ++k, share *= 0.5) {
-      for (int c = 0; c < columns; ++c) y_[c] += (share - taken) * step_[place_[c]];
+      for (int c = 0; c < columns; ++c) y_[c] += (share - taken) * step_[c];
       taken = share;
       off = evaluate(x, delta, false);
       if (off < from) break;
@@ -234,15 +230,14 @@ bool FreeSweeps::sweep(SparseIsland& x, bool back, double& moved) {
 
 SolverSummary FreeSweeps::solve(SparseIsland& x, double accepted, int most) {
   sum(x);
-  width_ = -1;
+  bool analysed = false;
   int done = 0, next = 50;  // next: sweep before which Newton's method is tried
   std::size_t attempts = 0;
   for (int n = 0; n < most; ++n) {
     if (n == next) {
-      if (width_ < 0) order_columns();
-      if (width_ < static_cast<int>(columns_.size()) &&
-          newton(x, accepted, deltas[attempts++ % deltas.size()], done))
-        return {true, done};
+      if (!analysed) analyse();
+      analysed = true;
+      if (newton(x, accepted, deltas[attempts++ % deltas.size()], done)) return {true, done};
       next += std::min(next, 400);
     }
     ++done;

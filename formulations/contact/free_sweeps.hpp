@@ -18,19 +18,19 @@
 //
 // about the impulses P⁰ so far; P = P⁰ is a solution of the contact problem (proximal points:
 // Rockafellar, Math. Oper. Res. 1 (1976) 97). The regularisation δ makes shared contact forces
-// unique, and each round multiplies the error by δ. The Jacobian has three rows per body, in a band
-// along a breadth-first walk.
+// unique, and each round multiplies the error by δ. The Jacobian has three rows per body and is
+// sparse; its order is kept while the contacts of the island stay the same.
 //
 // Usage: gather() an island, then solve(). It owns the contacts of the gathered island, y and the
-// band matrix.
+// Jacobian.
 #pragma once
 
 #include <array>
 #include <vector>
 
 #include "formulations/contact/island_groups.hpp"
-#include "numerics/band_lu.hpp"
 #include "numerics/saddle_point.hpp"
+#include "numerics/sparse_lu.hpp"
 
 namespace freeplay {
 
@@ -39,6 +39,8 @@ class FreeSweeps {
   /// Gathers the contacts of an island; returns false if a joint constrains one of its bodies.
   bool gather(const SparseIsland& x, const std::vector<SparseRow>& rows, const SaddlePoint& saddle,
               int columns);
+  /// Number of coordinates of the gathered island.
+  int columns() const { return static_cast<int>(columns_.size()); }
   /// Solves from the impulses of the gathered island's unknowns.
   SolverSummary solve(SparseIsland& x, double accepted, int most);
 
@@ -64,18 +66,17 @@ class FreeSweeps {
   void sum(const SparseIsland& x);
   double residual(const SparseIsland& x) const;
   bool sweep(SparseIsland& x, bool back, double& moved);
-  void order_columns();
+  void analyse();
   double evaluate(SparseIsland& x, double delta, bool with_jacobian);
   bool newton(SparseIsland& x, double accepted, double delta, int& steps);
   void newton_round(SparseIsland& x, double accepted, double delta, int& steps);
 
   std::vector<Contact> contacts_;
   std::vector<int> columns_, place_of_column_;
-  std::vector<double> y_;          // m/s, rad/s: velocity changes by the impulses
-  std::vector<int> begin_, of_;    // contacts of each column
-  std::vector<int> place_, walk_;  // order of columns in the band
-  int width_ = -1;                 // bandwidth; −1: not known yet; number of columns: too wide
-  BandLu band_;
+  std::vector<double> y_;  // m/s, rad/s: velocity changes by the impulses
+  // Jacobian: its factors, its diagonal, and the entries of each contact's block
+  SparseLu jacobian_;
+  std::vector<int> diagonal_, entries_;
   std::vector<double> mass_, F_, P_, step_;
   std::vector<ContactUnknown> before_newton_;
 };

@@ -1,4 +1,5 @@
-// Newton's method on contact and friction laws written as projections, and for long islands BandNewton,
+// Newton's method on contact and friction laws written as projections, and for long islands
+// SparseNewton,
 //
 //     F_N = P_N − (P_N − ρ_N (u_N − target_N))⁺,
 //     F_T = P_T − clamp(P_T − ρ_T (u_T − target_T), ±(bound + μ P_N)),
@@ -13,7 +14,7 @@
 
 #include "formulations/contact/contact_equations.hpp"
 #include "formulations/contact/island_groups.hpp"
-#include "numerics/band_lu.hpp"
+#include "numerics/sparse_lu.hpp"
 
 namespace freeplay {
 
@@ -59,27 +60,25 @@ void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool
   }
 }
 
-/// BandNewton: Newton's method on the projections for an island of many contacts,
-/// started from the given impulses. The Jacobian is factorised as a band matrix, in the order of a
-/// breadth-first walk over the island (Cuthill and McKee, Proc. 24th ACM Conf. (1969) 157), so that
-/// the cost along a chain of bodies is linear. It owns the band matrix and its work vectors.
-class BandNewton {
+/// SparseNewton: Newton's method on the projections for an island of many contacts, started from
+/// the given impulses, with sparse factors of the Jacobian. It owns the factors and its work vectors.
+class SparseNewton {
  public:
-  /// Computes place_ of each row in the order of a walk that starts at the last unknown of a first
-  /// walk. Returns the half-bandwidth in rows.
-  int order(const SparseIsland& x);
-  /// Solves for the impulses. Returns without a solution if the band is too wide.
+  /// Solves for the impulses.
   SolverSummary solve(SparseIsland& x, double accepted, int most);
   /// Computes the impulses, of either sign, for which the rate of every row vanishes; where rows
-  /// depend on each other, the least impulses. Returns false if the band is too wide.
+  /// depend on each other, the least impulses. Returns false if there are none.
   bool hold(SparseIsland& x);
 
  private:
+  void analyse(const SparseIsland& x);
+  double& at(int row, int column);
+  void follow(const SparseIsland& x, int r, double rho);
   double project(const SparseIsland& x, bool with_derivative, double proximal);
 
-  std::vector<int> unknown_;       // unknown of each row
-  std::vector<int> place_, walk_;  // order of rows in the band
-  BandLu band_;
+  // rows of the Jacobian: those of D, then entries that D lacks
+  std::vector<int> begin_, column_, pattern_begin_, pattern_column_;
+  SparseLu jacobian_;
   std::vector<double> F_, P_, step_;
 };
 

@@ -96,7 +96,7 @@ TEST_CASE("an island stored by rows has the residual and the solution of the den
     SolverRoom room;
     REQUIRE(lemke(p, accepted, room).solved);
     std::vector<double> rates;
-    BandNewton newton;
+    SparseNewton newton;
     auto swept = x;
     REQUIRE(newton.solve(x, accepted, 100).solved);
     REQUIRE(sparse_sweeps(swept, accepted, rates, 5000).solved);
