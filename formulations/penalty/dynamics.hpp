@@ -134,8 +134,8 @@ struct ContactAnchor {
   double elastic = 0;  ///< F_el (N)
 };
 
-/// Gaps and rows of contacts at given states, beside those of the right-hand side. The evaluation at one state
-/// is not repeated.
+/// Gaps and rows of contacts at given states, beside those of the right-hand side. The evaluation at one
+/// state is not repeated.
 class ContactRows {
  public:
   using Vector = std::vector<double>;

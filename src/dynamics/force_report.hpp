@@ -1,8 +1,8 @@
 // ForceReport: resulting forces of the elements of a System for observers (values/forces.hpp). Each function
 // adds `weight` times the given forces; e is from System::place().
 //
-// An element acts along rows: an amount λ along a row w is the generalised force λ w, whose entries for a body
-// are a force and a moment about its centre of mass. The moment about the element's own point P follows:
+// An element acts along rows: an amount λ along a row w is the generalised force λ w, whose entries for a
+// body are a force and a moment about its centre of mass. The moment about the element's own point P follows:
 // m = m_second − (P − c_second) × F. `along` does this for all elements.
 #pragma once
 

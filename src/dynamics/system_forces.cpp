@@ -1,5 +1,5 @@
-// Applied forces of a System, their potential and powers over all drives and loads, and the list of its elements
-// with forces.
+// Applied forces of a System, their potential and powers over all drives and loads, and the list of its
+// elements with forces.
 #include <algorithm>
 #include <cmath>
 
