@@ -4,8 +4,8 @@
 // Islands of up to IslandGroups::most_dense unknowns are solved as dense contact problems. Longer
 // islands store D by rows (island_groups.hpp). Islands of bodies without joints are solved by
 // Newton's method (newton.hpp) while their rows can be independent, and by sweeps over velocities
-// (free_sweeps.hpp), other islands by Newton's method. If these fail, Gauss–Seidel over the rows of D follows, and for up to
-// most_whole unknowns the solvers of small problems.
+// (free_sweeps.hpp), other islands by Newton's method. If these fail, Gauss–Seidel over the rows of
+// D follows, and for up to most_whole unknowns the solvers of small problems.
 //
 // It owns the islands of the last solve and keeps the impulses of unchanged islands until clear().
 #pragma once

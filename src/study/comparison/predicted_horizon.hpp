@@ -5,9 +5,9 @@
 //     the impact is late by d e'/(1 + e'),   its impulse is greater by the share (e' − e)/(1 + e).
 //
 // The variational equations of the event-driven run take these differences to all contact onsets
-// (analysis/growth.hpp). The predicted horizon is where the onsets, displaced by them, no longer correspond to
-// those of the nonsmooth run by the rule of compare (compare.hpp). d and e' are those of the paired impacts;
-// beyond them, the means of the contact.
+// (analysis/growth.hpp). The predicted horizon is where the onsets, displaced by them, no longer
+// correspond to those of the nonsmooth run by the rule of compare (compare.hpp). d and e' are those of
+// the paired impacts; beyond them, the means of the contact.
 #pragma once
 
 #include <string>
