@@ -76,6 +76,8 @@ const std::vector<Attack>& attacks() {
            "FROM c) SELECT x AS run, x AS variant, x AS formulation, x AS start FROM c")},
       {"view of another name", sql("CREATE VIEW more AS SELECT * FROM runs")},
       {"table of another name", sql("CREATE TABLE evil (x TEXT)")},
+      {"file of another program", sql("PRAGMA application_id = 77")},
+      {"rows of a run that is not there", sql("INSERT INTO turn_rows VALUES (99999, 1, 1)")},
       {"statements behind a table's definition",
        [](P file, P victim) {
          execute(file, redefine("work", fmt::format("sql || '; ATTACH ''{0}'' AS v; DROP TABLE v.precious'",

@@ -36,6 +36,12 @@ constexpr double least_seconds = 120, bytes_a_second = 1e6;
 constexpr std::size_t longest_path = 503;
 // Reasons of failures and joined warnings are the longest texts.
 constexpr int longest_text = 1 << 14;
+// "FPLY" in the header of each file; files of earlier versions have 0.
+constexpr long application_id = 0x46504c59;
+// What the statements of the program and its checks ask by PRAGMA.
+constexpr std::array pragmas{"application_id", "encoding",    "foreign_key_check", "foreign_key_list",
+                             "index_info",     "index_list",  "quick_check",       "table_info",
+                             "table_xinfo",    "user_version"};
 // Instructions of the virtual machine between two checks of the time.
 constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
 
@@ -195,7 +201,7 @@ int Database::allowed(void* self, int what, const char* first, const char* secon
     case SQLITE_FUNCTION:
       return second && std::string_view(second) == "load_extension" ? SQLITE_DENY : SQLITE_OK;
     case SQLITE_PRAGMA:
-      return named == "user_version" || named == "table_info" ? SQLITE_OK : SQLITE_DENY;
+      return std::ranges::find(pragmas, named) != pragmas.end() ? SQLITE_OK : SQLITE_DENY;
     case SQLITE_INSERT:
     case SQLITE_UPDATE:
     case SQLITE_DELETE:
@@ -241,6 +247,7 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
     else
       open(place.string(), SQLITE_OPEN_READONLY);
     configure();
+    sqlite3_set_authorizer(db_, allowed, this);
     if (own.value_or(0) + beside > 0) {
       // A refused file stays unchanged: no checkpoint of its write-ahead log.
       sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, beside > 0 ? 1 : 0, nullptr);
@@ -249,8 +256,7 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
     } else if (!written) {
       fail(SQLITE_NOTADB);  // an empty file
     }
-    if (access == Access::write) prepare_for_writing();
-    sqlite3_set_authorizer(db_, allowed, this);
+    if (written) prepare_for_writing(own.value_or(0) + beside == 0);
   } catch (...) {
     sqlite3_close(db_);
     if (std::error_code none; access != Access::sealed && beside > 0 && !had_shm)
@@ -298,6 +304,8 @@ void Database::require_own() {
   const auto answers = [this](const char* query, const char* text) {
     return texts(query) == std::vector<std::string>{text};
   };
+  if (const long id = number_of("PRAGMA application_id"); id != 0 && id != application_id)
+    refuse(fmt::format("it is a file of another program (application id {})", id));
   const auto objects = schema();
   for (const bool views : {false, true})  // a view is composed of the columns of tables
     for (const auto& object : objects)
@@ -306,9 +314,18 @@ void Database::require_own() {
                            visible_brief(object.type, 12), visible_brief(object.name, 60)));
   if (!answers("PRAGMA encoding", "UTF-8")) refuse("its texts are not UTF-8; repeat its runs");
   if (!answers("PRAGMA quick_check(1)", "ok")) fail(SQLITE_CORRUPT);
+  if (Statement row(*this, "PRAGMA foreign_key_check"); row.step())
+    refuse(fmt::format("its table {} has rows of runs that it does not have; it is damaged", row.text(0)));
 }
 
-void Database::prepare_for_writing() {
+void Database::prepare_for_writing(bool is_new) {
+  sqlite3_set_authorizer(db_, nullptr, nullptr);
+  if (is_new) execute(fmt::format("PRAGMA application_id = {}", application_id));
+  if (access_ == Access::write) prepare_for_sharing();
+  sqlite3_set_authorizer(db_, allowed, this);
+}
+
+void Database::prepare_for_sharing() {
   // In WAL mode, long queries of a user do not block the runs, and a stop at any time loses
   // unstored runs only. SQLite does not wait by itself if another process switches to WAL at the
   // same time.

@@ -8,8 +8,9 @@
 //     in SQLite        defensive mode, untrusted schema, no triggers, nothing attached, and an
 //                      authorizer that permits the actions of freeplay's own statements only; a
 //                      file that is only read is opened read-only
-//     after opening    UTF-8; each definition is one of this program (study/store/schema.hpp);
-//                      consistent pages (quick_check to the first fault: 3 s for a cached gigabyte)
+//     after opening    the application id; UTF-8; each definition is one of this program
+//                      (study/store/schema.hpp); consistent pages (quick_check to the first fault:
+//                      3 s for a cached gigabyte); no row of a run that is not there
 //     in use           a column has the type that is read, and its texts at most 16 kB; a statement
 //                      ends after a time that grows with the file: 120 s, and a second for each
 //                      megabyte
@@ -204,7 +205,8 @@ class Database {
   void open(const std::string& name, int flags);
   void configure();
   void require_own();
-  void prepare_for_writing();
+  void prepare_for_writing(bool is_new);
+  void prepare_for_sharing();
 
   /// SQLite's busy handler: whether to try again after this many `tries`.
   static int wait(void* self, int tries);
