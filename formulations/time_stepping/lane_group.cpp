@@ -361,7 +361,7 @@ void LaneGroup::record(long most) {
 void LaneGroup::keep_motion(long step) {
   if (motion_.empty()) return;
   const auto at = static_cast<std::size_t>(step),
-             size = static_cast<std::size_t>((now_.q.size + now_.v.size) * width_);
+             size = static_cast<std::size_t>(now_.q.size + now_.v.size) * times_.size();
   std::memcpy(motion_.data() + at * size, now_.q.data, size * sizeof(double));  // and now_.v, which follows
   for (std::size_t lane = 0; lane < times_.size(); ++lane)
     motion_times_[at * times_.size() + lane] = times_[lane].t;

@@ -12,8 +12,6 @@ using namespace freeplay;
 
 namespace {
 
-using Solver = SolverSummary (*)(ContactEquations&, double, SolverRoom&);
-
 /// The same problem with D by rows.
 SparseIsland island_of(const ContactEquations& p) {
   SparseIsland x;
@@ -43,8 +41,8 @@ TEST_CASE("every solver returns the unique solution of a contact problem", "[con
     ContactEquations reference = problem;
     REQUIRE(lemke(reference, accepted, room).solved);
     REQUIRE(reference.residual() <= 1e-10 * problem.scale());
-    std::vector<Solver> solvers{enumeration,  copositive_lemke,   newton,
-                                gauss_seidel, mixed_gauss_seidel, proximal};
+    std::vector<Solver*> solvers{enumeration,  copositive_lemke,   newton,
+                                 gauss_seidel, mixed_gauss_seidel, proximal};
     if (problem.unknowns.size() == 1) solvers.push_back(closed_form);
     for (const auto solver : solvers) {
       ContactEquations p = problem;
