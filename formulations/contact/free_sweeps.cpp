@@ -88,8 +88,11 @@ double FreeSweeps::residual(const SparseIsland& x) const {
 void FreeSweeps::analyse() {
   const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
   mass_.assign(static_cast<std::size_t>(columns), 0.0);
-  std::vector<int> first(static_cast<std::size_t>(columns) + 1, 0), of, at(first.size(), -1), begin{0},
-      column;
+  auto& [first, of, at, next, begin, column] = lists_;
+  first.assign(static_cast<std::size_t>(columns) + 1, 0);
+  at.assign(first.size(), -1);
+  begin.assign(1, 0);
+  column.clear();
   for (const auto& f : contacts_)
     for (int k = 0; k < f.size; ++k) {
       ++first[f.column[k] + 1];
@@ -97,7 +100,7 @@ void FreeSweeps::analyse() {
     }
   for (int c = 0; c < columns; ++c) first[c + 1] += first[c];
   of.resize(static_cast<std::size_t>(first[columns]));
-  auto next = first;
+  next = first;
   for (int i = 0; i < count; ++i)
     for (int k = 0; k < contacts_[i].size; ++k) of[next[contacts_[i].column[k]]++] = i * Contact::most + k;
   entries_.resize(contacts_.size() * Contact::most * Contact::most);

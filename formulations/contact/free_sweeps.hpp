@@ -75,6 +75,7 @@ class FreeSweeps {
   std::vector<int> columns_, place_of_column_;
   std::vector<double> y_;  // m/s, rad/s: velocity changes by the impulses
   // Jacobian: its factors, its diagonal, and the entries of each contact's block
+  std::array<std::vector<int>, 6> lists_;  // work space of analyse()
   SparseLu jacobian_;
   std::vector<int> diagonal_, entries_;
   std::vector<double> mass_, F_, P_, step_;

@@ -122,10 +122,10 @@ void SparseNewton::analyse(const SparseIsland& x) {
         column_.push_back(s);
     begin_.push_back(static_cast<int>(column_.size()));
   };
-  std::vector<int> other(x.slots.size(), -1);
+  normal_of_.assign(x.slots.size(), -1);
   for (const auto& c : x.unknowns)
-    if (c.tangent >= 0) other[c.tangent] = c.normal;
-  for (std::size_t r = 0; r < x.slots.size(); ++r) add_row(static_cast<int>(r), other[r]);
+    if (c.tangent >= 0) normal_of_[c.tangent] = c.normal;
+  for (std::size_t r = 0; r < x.slots.size(); ++r) add_row(static_cast<int>(r), normal_of_[r]);
   pattern_begin_ = begin_;
   pattern_column_ = column_;
   jacobian_.analyse(pattern_begin_, pattern_column_);

@@ -78,6 +78,7 @@ class SparseNewton {
 
   // rows of the Jacobian: those of D, then entries that D lacks
   std::vector<int> begin_, column_, pattern_begin_, pattern_column_;
+  std::vector<int> normal_of_;  // the normal row of each tangential row
   SparseLu jacobian_;
   std::vector<double> F_, P_, step_;
 };

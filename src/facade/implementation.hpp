@@ -106,7 +106,7 @@ struct Simulation::Implementation::CompileObserver final : Observer, Occasional 
       : simulation(s),
         from(s.form->state().t),
         until(std::max(end, s.scene.run.duration)),
-        token(std::move(stop)) {}
+        token(stop) {}
   void step(const Step&) override {
     try {
       simulation.compile_if_long(*this);

@@ -2,6 +2,8 @@
 
 #include <klu.h>
 
+#include <algorithm>
+
 namespace freeplay {
 
 // The rows are columns for KLU, which factorises the transpose.
@@ -9,6 +11,7 @@ struct SparseLu::Factors {
   klu_common common;
   klu_symbolic* symbolic = nullptr;
   klu_numeric* numeric = nullptr;
+  bool on_diagonal = false;  // whether all pivots of `numeric` are
 
   Factors() {
     klu_defaults(&common);
@@ -18,6 +21,19 @@ struct SparseLu::Factors {
   void clear() {
     klu_free_numeric(&numeric, &common);
     klu_free_symbolic(&symbolic, &common);
+    on_diagonal = false;
+  }
+  /// `threshold`: least ratio of a pivot on the diagonal to the greatest entry.
+  void make(std::vector<int>& begin, std::vector<int>& column, std::vector<double>& values,
+            double threshold) {
+    common.tol = threshold;
+    klu_free_numeric(&numeric, &common);
+    numeric = klu_factor(begin.data(), column.data(), values.data(), symbolic, &common);
+    on_diagonal = numeric && common.noffdiag == 0;
+  }
+  bool regular(double least) {
+    return numeric && common.status == KLU_OK && klu_rcond(symbolic, numeric, &common) &&
+           common.rcond > least;
   }
 };
 
@@ -38,12 +54,18 @@ void SparseLu::analyse(std::vector<int>& begin, std::vector<int>& column) {
 }
 
 bool SparseLu::factor(double least) {
+  constexpr double safe = 1e-9;  // ratio of pivots from which those on the diagonal are used
   auto& f = *factors_;
-  klu_free_numeric(&f.numeric, &f.common);
-  if (f.symbolic)
-    f.numeric = klu_factor(begin_.data(), column_.data(), values_.data(), f.symbolic, &f.common);
-  return f.numeric && f.common.status == KLU_OK && klu_rcond(f.symbolic, f.numeric, &f.common) &&
-         f.common.rcond > least;
+  if (!f.symbolic) return false;
+  // Pivots on the diagonal have one order for a pattern: no allocation, and no trace of former values.
+  if (f.on_diagonal)
+    klu_refactor(begin_.data(), column_.data(), values_.data(), f.symbolic, f.numeric, &f.common);
+  else
+    f.make(begin_, column_, values_, 0);
+  if (f.on_diagonal && f.regular(std::max(least, safe))) return true;
+  f.make(begin_, column_, values_, 1e-3);
+  f.on_diagonal = false;
+  return f.regular(least);
 }
 
 void SparseLu::solve(double* x) {

@@ -8,7 +8,8 @@
 //     lu.values()[e] = ...;                      // in the order of `column`
 //     if (lu.factor(1e-11)) lu.solve(x);
 //
-// The analysis of the last pattern is kept. Factors depend on the values only, not on former ones.
+// The analysis of the last pattern is kept. Factors depend on the values only, not on former ones: pivots
+// are those on the diagonal, or where these differ too much, the ones that partial pivoting chooses.
 #pragma once
 
 #include <memory>
