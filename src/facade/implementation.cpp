@@ -157,7 +157,7 @@ class Simulation::Group {
         first.pop_front();
       }
       while (!m && has_room() && (m = next()))
-        if (!m->like(structure)) kept_.push_back(std::move(m));
+        if (!m->like(structure)) kept_.push_back(std::exchange(m, nullptr));
       if (!m) return {};
       return begin(*begun.emplace_back(std::move(m)));
     });
