@@ -38,10 +38,6 @@ constexpr std::size_t longest_path = 503;
 constexpr int longest_text = 1 << 14;
 // "FPLY" in the header of each file; files of earlier versions have 0.
 constexpr long application_id = 0x46504c59;
-// What the statements of the program and its checks ask by PRAGMA.
-constexpr std::array pragmas{"application_id", "encoding",    "foreign_key_check", "foreign_key_list",
-                             "index_info",     "index_list",  "quick_check",       "table_info",
-                             "table_xinfo",    "user_version"};
 // Instructions of the virtual machine between two checks of the time.
 constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
 
@@ -201,7 +197,7 @@ int Database::allowed(void* self, int what, const char* first, const char* secon
     case SQLITE_FUNCTION:
       return second && std::string_view(second) == "load_extension" ? SQLITE_DENY : SQLITE_OK;
     case SQLITE_PRAGMA:
-      return std::ranges::find(pragmas, named) != pragmas.end() ? SQLITE_OK : SQLITE_DENY;
+      return named == "user_version" || named == "table_info" ? SQLITE_OK : SQLITE_DENY;
     case SQLITE_INSERT:
     case SQLITE_UPDATE:
     case SQLITE_DELETE:
@@ -247,7 +243,6 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
     else
       open(place.string(), SQLITE_OPEN_READONLY);
     configure();
-    sqlite3_set_authorizer(db_, allowed, this);
     if (own.value_or(0) + beside > 0) {
       // A refused file stays unchanged: no checkpoint of its write-ahead log.
       sqlite3_db_config(db_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, beside > 0 ? 1 : 0, nullptr);
@@ -257,6 +252,8 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
       fail(SQLITE_NOTADB);  // an empty file
     }
     if (written) prepare_for_writing(own.value_or(0) + beside == 0);
+    // Not earlier: the table-valued pragmas of require_own() declare tables, which it denies to readers.
+    sqlite3_set_authorizer(db_, allowed, this);
   } catch (...) {
     sqlite3_close(db_);
     if (std::error_code none; access != Access::sealed && beside > 0 && !had_shm)
@@ -319,10 +316,8 @@ void Database::require_own() {
 }
 
 void Database::prepare_for_writing(bool is_new) {
-  sqlite3_set_authorizer(db_, nullptr, nullptr);
   if (is_new) execute(fmt::format("PRAGMA application_id = {}", application_id));
   if (access_ == Access::write) prepare_for_sharing();
-  sqlite3_set_authorizer(db_, allowed, this);
 }
 
 void Database::prepare_for_sharing() {
