@@ -103,10 +103,7 @@ class Simulation::Implementation::Running {
 /// Compiles the mechanism after a step, once the run is long enough.
 struct Simulation::Implementation::CompileObserver final : Observer, Occasional {
   CompileObserver(Implementation& s, double end, StopToken stop)
-      : simulation(s),
-        from(s.form->state().t),
-        until(std::max(end, s.scene.run.duration)),
-        token(stop) {}
+      : simulation(s), from(s.form->state().t), until(std::max(end, s.scene.run.duration)), token(stop) {}
   void step(const Step&) override {
     try {
       simulation.compile_if_long(*this);
