@@ -14,7 +14,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <optional>
 #include <string_view>
 #include <thread>
 
@@ -32,12 +31,10 @@ constexpr std::chrono::milliseconds between_tries(10), patience(60000);
 // The slowest statement of a sweep of 10^6 runs creates the index of its impacts, and takes 5 s for
 // 746 MB on a local disk.
 constexpr double least_seconds = 120, bytes_a_second = 1e6;
-// SQLite's limit of 512 includes the ending of the journal.
-constexpr std::size_t longest_path = 503;
+constexpr std::size_t longest_path = 503;  // SQLite's limit of 512 includes the ending of the journal
 // Reasons of failures and joined warnings are the longest texts.
 constexpr int longest_text = 1 << 14;
-// "FPLY" in the header of each file; files of earlier versions have 0.
-constexpr long application_id = 0x46504c59;
+constexpr long application_id = 0x46504c59;  // "FPLY"; files of earlier versions have 0
 // Instructions of the virtual machine between two checks of the time.
 constexpr int steps_between_looks = 100'000;  // of SQLite's machine, 5 ms
 
@@ -126,9 +123,8 @@ std::optional<std::uint64_t> size_of(const std::filesystem::path& file, bool wri
   return bytes;
 }
 
-/// Refuses a rollback journal that ends with this mark. It names another file, which SQLite would
-/// delete after the rollback (sqlite.org/fileformat2.html, section 3). This program changes one
-/// file at a time and creates no such journal.
+/// Refuses a rollback journal that ends with this mark: it names another file, which SQLite would delete
+/// after the rollback (sqlite.org/fileformat2.html, section 3). This program creates no such journal.
 void require_no_other_name(const std::filesystem::path& journal) {
   constexpr std::string_view mark("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7");
   const auto from = open_regular(journal, most_of_a_database, Links::refused);
@@ -252,7 +248,6 @@ Database::Database(const std::filesystem::path& file, Access access, StopToken s
       fail(SQLITE_NOTADB);  // an empty file
     }
     if (written) prepare_for_writing(own.value_or(0) + beside == 0);
-    // Not earlier: the table-valued pragmas of require_own() declare tables, which it denies to readers.
     sqlite3_set_authorizer(db_, allowed, this);
   } catch (...) {
     sqlite3_close(db_);
@@ -298,9 +293,7 @@ std::vector<SchemaObject> Database::schema() const {
 long Database::kind() const { return number_of("PRAGMA user_version"); }
 
 void Database::require_own() {
-  const auto answers = [this](const char* query, const char* text) {
-    return texts(query) == std::vector<std::string>{text};
-  };
+  using Texts = std::vector<std::string>;
   if (const long id = number_of("PRAGMA application_id"); id != 0 && id != application_id)
     refuse(fmt::format("it is a file of another program (application id {})", id));
   const auto objects = schema();
@@ -309,18 +302,15 @@ void Database::require_own() {
       if ((object.type == "view") == views && !is_own(*this, object))
         refuse(fmt::format("it defines the {} {}, which freeplay never creates; remove it",
                            visible_brief(object.type, 12), visible_brief(object.name, 60)));
-  if (!answers("PRAGMA encoding", "UTF-8")) refuse("its texts are not UTF-8; repeat its runs");
-  if (!answers("PRAGMA quick_check(1)", "ok")) fail(SQLITE_CORRUPT);
+  if (texts("PRAGMA encoding") != Texts{"UTF-8"}) refuse("its texts are not UTF-8; repeat its runs");
+  if (texts("PRAGMA quick_check(1)") != Texts{"ok"}) fail(SQLITE_CORRUPT);
   if (Statement row(*this, "PRAGMA foreign_key_check"); row.step())
     refuse(fmt::format("its table {} has rows of runs that it does not have; it is damaged", row.text(0)));
 }
 
 void Database::prepare_for_writing(bool is_new) {
   if (is_new) execute(fmt::format("PRAGMA application_id = {}", application_id));
-  if (access_ == Access::write) prepare_for_sharing();
-}
-
-void Database::prepare_for_sharing() {
+  if (access_ != Access::write) return;
   // In WAL mode, long queries of a user do not block the runs, and a stop at any time loses
   // unstored runs only. SQLite does not wait by itself if another process switches to WAL at the
   // same time.

@@ -205,8 +205,8 @@ class Database {
   void open(const std::string& name, int flags);
   void configure();
   void require_own();
+  /// Before the authorizer, which denies the table-valued pragmas of require_own() to readers, too.
   void prepare_for_writing(bool is_new);
-  void prepare_for_sharing();
 
   /// SQLite's busy handler: whether to try again after this many `tries`.
   static int wait(void* self, int tries);
