@@ -21,6 +21,8 @@
 #include <cmath>
 #include <vector>
 
+#include "formulations/contact/single_contact.hpp"
+
 namespace freeplay {
 
 /// One set-valued element of the problem and its impulses: the initial guess before a solve, the
@@ -55,15 +57,12 @@ double contact_residual(const std::vector<ContactUnknown>& unknowns, Normal norm
     if (c.normal >= 0) {
       const RowState n = normal(i);
       pressed = n.impulse;
-      take(std::min(std::abs(n.diagonal) * n.impulse, n.rate - c.target_n));
+      take(normal_residual(n.diagonal, n.impulse, n.rate - c.target_n));
     }
     if (c.tangent < 0) continue;
-    // −P_T ∈ bound·Sgn(u) means u = 0, or P_T at the bound and opposed to u. The residual is the
-    // distance to the nearer of both cases.
     const RowState t = tangent(i);
-    const double u = t.rate - c.target_t, bound = c.bound + c.friction * std::max(0.0, pressed);
-    take(std::min(std::abs(u), t.diagonal * std::abs(t.impulse + std::copysign(bound, u))));
-    take(t.diagonal * std::max(0.0, std::abs(t.impulse) - bound));
+    const double bound = c.bound + c.friction * std::max(0.0, pressed);
+    for (const double x : friction_residuals(t.diagonal, t.impulse, t.rate - c.target_t, bound)) take(x);
   }
   return worst;
 }

@@ -6,65 +6,56 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/contact/single_contact.hpp"
+
 namespace freeplay {
 
 // A single contact or joint with friction, in closed form. The cases are separation, stick, then
 // slip in either direction.
 
-namespace {
-
-/// Relative determinant, (D_NN D_TT − D_NT²)/(D_NN D_TT), below which both rows of a contact depend
-/// on one freedom.
-constexpr double same_freedom = 1e-12;
-
-}  // namespace
-
 /// Returns false if no case is consistent (Painlevé).
 bool solve_one(ContactUnknown& c, double bn, double bt, double Dnn, double Dnt, double Dtt) {
+  const SingleContact<double> x{Dnn, Dnt, Dtt, bn, bt, c.target_n, c.target_t, c.friction, c.bound};
   bt -= c.target_t;
+  c.impulse_n = c.impulse_t = 0;
   if (c.normal < 0) {
-    c.impulse_n = 0;
-    c.impulse_t = std::clamp(-bt / Dtt, -c.bound, c.bound);
+    c.impulse_t = friction_impulse(Dtt, bt, c.bound);
     return true;
   }
   bn -= c.target_n;
-  c.impulse_n = c.impulse_t = 0;
   if (c.tangent < 0) {
     c.impulse_n = std::max(0.0, -bn / Dnn);
     return true;
   }
   if (c.bound > 0) {  // friction without normal force, if the contact stays open
-    c.impulse_t = std::clamp(-bt / Dtt, -c.bound, c.bound);
+    c.impulse_t = friction_impulse(Dtt, bt, c.bound);
     if (bn + Dnt * c.impulse_t >= 0) return true;
   } else if (bn >= 0) {
     return true;
   }
-  const double determinant = Dnn * Dtt - Dnt * Dnt;
-  const bool regular = determinant > same_freedom * Dnn * Dtt;
-  const double Pn = (-bn * Dtt + bt * Dnt) / determinant, Pt = (-bt * Dnn + bn * Dnt) / determinant;
-  if (regular && Pn >= 0 && std::abs(Pt) <= c.bound + c.friction * Pn) {
-    c.impulse_n = Pn;
-    c.impulse_t = Pt;
+  const double determinant = x.determinant();
+  if (determinant > same_freedom * Dnn * Dtt) {
+    const auto found = pressed(x, determinant);
+    if (!found.holds) return false;
+    c.impulse_n = found.P.normal;
+    c.impulse_t = found.P.tangent;
     return true;
   }
   // If both rows depend on one freedom, sticking is a limit of sliding: take the end with the
   // smaller impulse.
   bool found = false;
   for (double s : {1.0, -1.0}) {
-    const double slope = Dnn - s * c.friction * Dnt;
-    if (!(slope > (regular ? 0 : same_freedom * Dnn))) continue;
-    const double P = (-bn + s * c.bound * Dnt) / slope, T = -s * (c.bound + c.friction * P);
-    const double none = regular ? 0 : same_freedom * (std::abs(bt) + std::abs(Dnt * P) + std::abs(Dtt * T));
-    if (P < 0 || s * (bt + Dnt * P + Dtt * T) < -none) continue;
-    if (found && P > c.impulse_n * (1 - same_freedom)) {
+    const auto [P, slope, rate] = sliding(x, s);
+    const double none = same_freedom * (std::abs(bt) + std::abs(Dnt * P.normal) + std::abs(Dtt * P.tangent));
+    if (!(slope > same_freedom * Dnn) || P.normal < 0 || rate < -none) continue;
+    if (found && P.normal > c.impulse_n * (1 - same_freedom)) {
       // friction has no effect on the motion
-      if (P < c.impulse_n * (1 + same_freedom)) c.impulse_t = 0;
+      if (P.normal < c.impulse_n * (1 + same_freedom)) c.impulse_t = 0;
       continue;
     }
-    c.impulse_n = P;
-    c.impulse_t = T;
+    c.impulse_n = P.normal;
+    c.impulse_t = P.tangent;
     found = true;
-    if (regular) break;
   }
   return found;
 }

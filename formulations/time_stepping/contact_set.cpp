@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/time_stepping/step_text.hpp"
+
 namespace freeplay {
 
 ImpulseResponses::ImpulseResponses(const System& system, int rows, bool many)
@@ -120,9 +122,7 @@ bool ContactSet::activate(StepData& s, ImpulseResponses& responses) {
   for (const int k : live_) {
     auto& c = contacts_[k];
     if (c.active || c.row.normal.size == 0 || !in_reach(c, s.reach)) continue;
-    const double rate = s.free ? s.kernel.rates(k).normal : c.row.normal.dot(s.v.data());
-    const double end_gap = c.row.gap + 0.5 * h * (rate - 0.25 * h * c.row.gamma_n);
-    added |= c.active = end_gap <= (c.closed ? slack : 0);
+    added |= c.active = gap_at_end(c.row, c.row.normal.dot(s.v.data()), h) <= (c.closed ? slack : 0);
     waiting_ |= !c.active;
   }
   return added;
@@ -137,8 +137,8 @@ bool ContactSet::find_impacts(StepData& s) {
   for (const int k : live_) {
     auto& c = contacts_[k];
     if (!c.active) continue;
-    c.bias_n = 0.5 * h * c.row.gamma_n;
-    c.bias_t = 0.5 * h * c.row.gamma_t;
+    c.bias_n = rate_bias(c.row.gamma_n, h);
+    c.bias_t = rate_bias(c.row.gamma_t, h);
     c.in_impact = s.reach == StepReach::all && c.steps == 0 && approach(c) > 10 * std::abs(c.bias_n);
     any |= c.in_impact;
   }
@@ -152,12 +152,12 @@ bool ContactSet::find_impacts(StepData& s) {
   for (const int k : live_) {
     auto& c = contacts_[k];
     if (!c.active || !c.in_impact) continue;
-    const double bias = 0.5 * h * c.row.normal.dot(a_gamma_.data());
+    const double bias = rate_bias(c.row.normal.dot(a_gamma_.data()), h);
     c.in_impact = approach(c) > 10 * std::abs(bias);
     if (!c.in_impact) continue;
     any = true;
     c.bias_n = bias;
-    if (c.row.tangent.size > 0) c.bias_t = 0.5 * h * c.row.tangent.dot(a_gamma_.data());
+    if (c.row.tangent.size > 0) c.bias_t = rate_bias(c.row.tangent.dot(a_gamma_.data()), h);
   }
   return any;
 }

@@ -1,16 +1,15 @@
 // LaneGroup: makes ordinary fixed steps of several MoreauSteppers together, by the functions of
-// dynamics/lane_functions.hpp. Each stepper has a lane while its steps are ordinary; all its data that
-// such steps change are then in the group. A lane whose next step is not ordinary is stored back, and
-// the stepper makes that step itself. Both ways give the same digits.
+// lane_functions.hpp. Each stepper has a lane while its steps are ordinary; all its data that such steps
+// change are then in the group. If its next step is another one, its lane is stored back, and the stepper
+// makes that step itself. Both ways give the same digits. LaneScheduler decides which lane leaves and returns.
 //
 // Usage: enter() gives a lane its stepper; ready() tells whether it may be loaded; load(), advance(),
 // store().
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
-#include "dynamics/lane_functions.hpp"
+#include "formulations/time_stepping/lane_functions.hpp"
 
 namespace freeplay {
 
@@ -48,27 +47,6 @@ class LaneGroup {
   double recorded(long step, int lane, std::vector<double>& q, std::vector<double>& v) const;
 
  private:
-  /// An array of the functions: `size` quantities of all lanes.
-  struct Block {
-    double* data = nullptr;
-    int size = 0;
-    operator double*() const { return data; }
-  };
-  /// Quantities that steps change.
-  struct State {
-    Block q, v, drive, stabilisation, gaps, records, totals, slides, ratios;
-  };
-  /// Quantities of one step.
-  struct Work {
-    Block middle_q, cosine, sine, phi_t, G, gamma, factors, force, lambda, middle_gap, normal, tangent,
-        gamma_n, gamma_t, rates, reach, free_q, t_middle, t_end, h, acts, opens, facts, slide_row,
-        slide_gamma, slide_asked, slide_reach, tolerance, unused;
-  };
-  /// Arguments of a function.
-  struct Call {
-    std::vector<const double*> in;
-    std::vector<double*> out;
-  };
   struct Times {
     double t = 0, t_start = 0, step = 1;  // s
     long index = 0;
@@ -76,9 +54,14 @@ class LaneGroup {
     long solves = 0, solves_now = 0;  // of the problem of contacts and friction; in the present step
     int contact = -1;                 // that is closed
   };
-  void divide(std::vector<double>& room, const std::vector<std::pair<Block*, int>>& blocks) const;
-  void connect();
-  double& at(const Block& block, int i, int lane) const { return block.data[i * width_ + lane]; }
+  int size(LaneArray array) const { return sizes_[static_cast<std::size_t>(array)]; }
+  double& at(LaneArray array, int i, int lane) const {
+    return table_[static_cast<std::size_t>(array)][i * width_ + lane];
+  }
+  unsigned call(CompiledFunction function) {
+    return static_cast<unsigned>(function(constants_, table_.data(), table_.data()));
+  }
+  void move(MoreauStepper& stepper, int lane, double& passed, auto copy) const;
   void set_times();
   unsigned meet_contacts(unsigned lanes);
   /// The bits of the lanes for which f(lane) holds.
@@ -102,13 +85,11 @@ class LaneGroup {
   std::vector<Member> members_;
   int width_, contacts_;
   std::vector<Times> times_;
-  std::vector<double> constants_room_, state_room_, saved_room_, work_room_;
-  std::size_t state_size_ = 0;
+  std::vector<double> constants_room_, room_;
   double* constants_ = nullptr;
-  State now_, saved_;  // after the present step, and before it
-  Work work_;
-  Call middle_, end_, slide_;
-  std::vector<Call> contact_calls_, open_calls_;  // of each contact
+  LaneTable table_{};
+  std::vector<int> sizes_;
+  std::size_t state_size_ = 0;  // numbers from q to ratios, and as many from q_old on before the step
   bool potential_ = false;
   std::vector<double> q_one_, q_free_one_, least_;  // of one lane
   long done_ = 0;

@@ -1,5 +1,5 @@
 // A run in a lane of its own: ordinary fixed steps that no observer sees are made by the functions of
-// steps in lanes (time_stepping/lane_group.hpp) with one lane, which do a whole step at once. The result
+// steps in lanes (lane_group.hpp) with one lane, which do a whole step at once. The result
 // is that of Formulation::run(), bit for bit.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/lane_functions.hpp"
+#include "formulations/time_stepping/lane_functions.hpp"
 #include "numerics/saddle_point.hpp"
 #include "simulation/formulation.hpp"
 #include "values/state.hpp"
@@ -18,17 +18,11 @@ class Step;
 class System;
 struct SystemFunctions;
 
-struct SingleLane {
-  LaneFunctions functions;        ///< lanes = 1, or 0: there are none
-  std::vector<double> constants;  ///< of its traced functions (TracedLanes)
-};
-
-/// Runs a formulation to `until` (s). `next_shown` and `follow`: as for LaneRun. `lane`: asked after each
-/// step that is not in the lane, until it returns something; then its functions are used.
+/// Runs a formulation to `until` (s). `next_shown` and `follow`: as for LaneRun. The lane is used once its
+/// functions are attached to the formulation's System, which may be during the run.
 Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
                           const std::function<double()>& next_shown,
-                          const std::function<void(const Step&)>& follow,
-                          const std::function<const SingleLane*()>& lane);
+                          const std::function<void(const Step&)>& follow);
 
 // Runs of fixed time steps in lanes: several formulations of mechanisms of one structure step together
 // (time_stepping/lane_group.hpp) wherever their steps are ordinary and no observer sees them; all other
@@ -58,10 +52,10 @@ bool fits_lanes(Formulation& formulation);
 /// none, again after each end of a run.
 void run_in_lanes(const LaneFunctions& functions, const std::function<std::optional<LaneRun>()>& next);
 
-// Compares steps by compiled functions with the general path, before a run uses them.
+// Compares steps in lanes with those of each system alone, before a run uses them (lane_check.cpp).
 
-/// Number of quantities in which fixed steps by `functions` and without them differ, from a state
-/// and from others near it, at most `states`; a sign of zero is no difference. Detaches all functions.
+/// Number of quantities in which fixed steps by `functions`, alone and in a lane, and without them differ, from
+/// a state and from others near it, at most `states`; a sign of zero is no difference. Detaches all functions.
 long differing_steps(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
                      int states = 4);
 

@@ -129,7 +129,6 @@ bool MoreauStepper::evaluate_middle() {
   const auto& system = d.system;
   const double h = d.length();
   d.whole = fixed() && !forces_.watching() && !responses_.many() && d.kernel.middle(d, contacts_);
-  d.free = d.whole;
   if (d.whole) {
     ++d.totals.work.steps;
     ++d.totals.work.factorisations;
@@ -137,7 +136,7 @@ bool MoreauStepper::evaluate_middle() {
     problem_.begin(d);
     return true;
   }
-  for (int i = 0; i < system.n(); ++i) d.q_mid[i] = d.q_old[i] + 0.5 * h * d.v_old[i];
+  half_step(d.q.size(), h, d.q_old.data(), d.v_old.data(), d.q_mid.data());
   system.place(d.t_old + 0.5 * h, d.q_mid.data(), d.middle);
   if (system.has_motions()) system.step_motions(d.t_old, d.t, d.middle);
   system.rate(d.q_mid.data(), d.v_old.data(), d.middle);
@@ -181,8 +180,7 @@ bool MoreauStepper::solve_step() {
 
 void MoreauStepper::advance_positions() {
   auto& d = data_;
-  const double h = d.length();
-  for (int i = 0; i < d.system.n(); ++i) d.q[i] = d.q_mid[i] + 0.5 * h * d.v[i];
+  half_step(d.q.size(), d.length(), d.q_mid.data(), d.v.data(), d.q.data());
 }
 
 /// Damper forces, and the values of swept tables, belong to the mean velocity: fixed-point
@@ -258,8 +256,6 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
   auto& d = data_;
   const double h = d.length();
   ++d.totals.work.rhs;
-  d.free = d.whole && d.kernel.again(d, contacts_, v_force);
-  if (d.free) return problem_.solve(d, contacts_, responses_, films_);
   const Sweep sweep{h, d.v_old.data(), v_force};
   d.system.forces(d.t_old + 0.5 * h, d.q_mid.data(), v_force, d.z_mid.data(), d.middle, {&sweep});
   terms().sides(h, d.v_old.data(), d.force.data(), d.r.data());
@@ -279,8 +275,7 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
 bool MoreauStepper::end_step() {
   auto& d = data_;
   record_.record(d, contacts_, problem_, responses_);
-  const bool divided = d.whole && d.kernel.end(d);  // whether lambda has been divided by h
-  if (d.whole && !divided) {
+  if (d.whole && !d.kernel.end(d, contacts_)) {
     d.whole = false;
     d.saddle.finish(d.force.data(), d.v.data(), d.lambda.data());
     advance_positions();
@@ -291,10 +286,9 @@ bool MoreauStepper::end_step() {
   correction_.bring_back(d, contacts_, problem_, responses_, films_);
   if (d.smooth() && !end_rates_.meet(d, contacts_, problem_, responses_, forces_)) return false;
   const double h = d.length();
-  if (!divided)
-    for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
-  double sum = d.whole ? d.kernel.sum() : 0;
-  for (int i = 0; !d.whole && i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
+  for (double& multiplier : d.lambda) multiplier /= h;  // lambda was an impulse until here
+  double sum = 0;
+  for (int i = 0; i < d.system.n(); ++i) sum += d.q[i] + d.v[i];
   if (!std::isfinite(sum))
     return d.fail(
         fmt::format("t = {:.9g} s: the state is no longer finite; use a smaller "

@@ -3,7 +3,7 @@
 // everything evaluated at (q_m, t + h/2):
 //
 //     M (v⁺ − v) + GᵀΛ = h f + W P
-//     G v⁺ + Φ_t = (h/2) γ                                     MidpointTerms
+//     G v⁺ + Φ_t = (h/2) γ                                     step_text.hpp
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)    step_problem.hpp, contact_set.hpp
 //     q⁺ = q_m + (h/2) v⁺
 //
@@ -35,33 +35,11 @@
 #include "formulations/time_stepping/step_diagnostics.hpp"
 #include "formulations/time_stepping/step_problem.hpp"
 #include "formulations/time_stepping/step_results.hpp"
+#include "formulations/time_stepping/step_text.hpp"
 #include "mechanism/options.hpp"
 #include "simulation/formulation.hpp"
 
 namespace freeplay {
-
-// Equations of a step of h (s) between velocities v and v⁺, with all other quantities at its
-// middle,
-//
-//     M (v⁺ − v) + GᵀΛ = h f,        G v⁺ + Φ_t = (h/2) γ    (the rate of Φ at the end of the step)
-//
-// as the saddle point M v⁺ + GᵀΛ = M v + h f, G v⁺ = −Φ_t + (h/2) γ, and the iteration for the mean
-// velocity if f depends on it. These classes use arrays only and know no mechanism, so that they
-// can be tested with a few numbers.
-
-struct MidpointTerms {
-  int n = 0, m = 0;               ///< coordinates, constraint rows
-  const double* mass = nullptr;   ///< n
-  const double* force = nullptr;  ///< n, f
-  const double* phi_t = nullptr;  ///< m
-  const double* gamma = nullptr;  ///< m
-
-  /// The right-hand sides of the saddle point: `f` of size n, `r` of size m.
-  void sides(double h, const double* v, double* f, double* r) const {
-    for (int i = 0; i < n; ++i) f[i] = mass[i] * v[i] + h * force[i];
-    for (int k = 0; k < m; ++k) r[k] = -phi_t[k] + 0.5 * h * gamma[k];
-  }
-};
 
 /// MeanVelocity: fixed-point iteration for v_mean = (v + v⁺)/2 where v⁺ depends on it. After each
 /// solution v⁺, assess() is called; another solution follows while it returns `again`. Coordinates

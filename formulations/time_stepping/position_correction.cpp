@@ -96,25 +96,23 @@ void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const Ste
     look(s, contacts);
   }
   const double rounding = islands_ ? rounding_of_places(s) : 0;
-  bool moved = false, looked = false;
+  bool moved = false;
   for (const int k : contacts.live()) {
     const auto& c = contacts[k];
     moved |= c.gap < -rounding && contacts.in_reach(c, s.reach) && !(held && c.held);
   }
-  if (moved) looked = open_gaps(s, contacts, problem, responses, films.any());
+  if (moved) open_gaps(s, contacts, problem, responses, films.any());
   if (s.smooth()) draw_closed(s, contacts, problem, responses);
   if (potential) s.totals.integrals.stabilisation += s.system.potential(s.q.data()) - before;
   if (moved) contacts.keep_near(0, s.q.data(), nullptr, nullptr, s, responses);
   auto& extremes = s.totals.extremes;
   for (const int k : contacts.live()) {
     auto& c = contacts[k];
-    if ((moved && !looked) || s.smooth()) c.gap = contacts.gap(k, s.q.data(), s.end);
+    if (moved || s.smooth()) c.gap = contacts.gap(k, s.q.data(), s.end);
     auto& most = extremes.penetration[contacts.told_as(k)];
     if (contacts.in_reach(c, s.reach)) most = std::max(most, -c.gap);
   }
-  if (!s.whole) return keep_residuals(s.system, s.end, extremes);
-  extremes.constraint_length = std::max(extremes.constraint_length, s.kernel.residuals()[0]);
-  extremes.constraint_angle = std::max(extremes.constraint_angle, s.kernel.residuals()[1]);
+  if (!s.whole || moved) keep_residuals(s.system, s.end, extremes);
 }
 
 /// Adds a contact's gap to the problem; its row is at this place.
@@ -154,8 +152,7 @@ bool PositionCorrection::hold_lasting(StepData& s, ContactSet& contacts, const S
   return true;
 }
 
-/// Returns true if it has also set the gaps of all contacts.
-bool PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const StepProblem& problem,
+void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const StepProblem& problem,
                                    ImpulseResponses& responses, bool films) {
   problem_.clear();
   place_.clear();
@@ -181,12 +178,9 @@ bool PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
   if (result.solved) {
     for (const auto& u : problem_.unknowns)
       if (u.impulse_n > 0) responses.push(place(u.normal), u.impulse_n, s.q.data());
-    if (s.whole && s.kernel.reached(s)) return true;
     place_end(s);
-    s.whole = false;
-    return false;
+    return;
   }
-  s.whole = false;
   const double before = deepest(s, contacts);
   compromise(s, responses);
   move(s, s.dq);
@@ -196,7 +190,6 @@ bool PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
     for (int i = 0; i < s.system.n(); ++i) s.q[i] -= s.dq[i];
     place_end(s);
   }
-  return false;
 }
 
 ContactSolution PositionCorrection::solve(const ImpulseResponses& responses) {

@@ -31,7 +31,7 @@ class PositionCorrection {
   void add(const StepContact& contact, int place);
   bool hold_lasting(StepData& step, ContactSet& contacts, const StepProblem& problem,
                     ImpulseResponses& responses);
-  bool open_gaps(StepData& step, ContactSet& contacts, const StepProblem& problem,
+  void open_gaps(StepData& step, ContactSet& contacts, const StepProblem& problem,
                  ImpulseResponses& responses, bool films);
   ContactSolution solve(const ImpulseResponses& responses);
   void compromise(StepData& step, const ImpulseResponses& responses);

@@ -5,55 +5,18 @@
 #include <algorithm>
 #include <utility>
 
+#include "formulations/time_stepping/step_text.hpp"
+
 namespace freeplay {
 
 using Multipliers = SaddlePoint::Multipliers;
 
 namespace {
 
-/// Where the responses to the rows of a contact are.
-StepKernel::Response response_of(const ContactUnknown& u, ImpulseResponses& responses) {
-  const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
-  return {responses.row(n).value.data(), responses.row(t).value.data(), responses.response(n),
-          responses.reaction(n),         responses.response(t),         responses.reaction(t)};
-}
-
-/// assemble() by the compiled functions of each contact; friction of joints follows the contacts.
-bool assemble_whole(ContactProblem& problem, StepData& s, const ContactSet& contacts,
-                    ImpulseResponses& responses) {
-  double* D = problem.D.data();
-  const auto size = problem.D.rows();
-  const auto put = [&](int r, int c, double x) { D[r + c * size] = D[c + r * size] = x; };
-  for (const int k : contacts.live()) {
-    const auto& c = contacts[k];
-    if (c.unknown < 0) continue;
-    const auto& u = problem.unknowns[static_cast<std::size_t>(c.unknown)];
-    const int n = u.normal, t = u.tangent < 0 ? n : u.tangent;
-    const double* own = s.kernel.respond(s, k, response_of(u, responses));
-    if (!own) return false;
-    put(n, n, own[0]);
-    const auto cross = [&](int r) {
-      for (int x = 0; x < n; ++x) put(r, x, responses.row(r).dot(responses.response(x)));
-    };
-    cross(n);
-    if (u.tangent < 0) continue;
-    put(t, n, own[1]);
-    put(t, t, own[2]);
-    cross(t);
-  }
-  for (int r = problem.rows - s.system.frictions(); r < problem.rows; ++r) {
-    s.saddle.respond(responses.row(r), nullptr, 0, responses.response(r), responses.reaction(r),
-                     Multipliers::kept);
-    for (int x = 0; x <= r; ++x) put(r, x, responses.row(r).dot(responses.response(x)));
-  }
-  return true;
-}
-
 /// Computes D of few contacts, with the responses to their rows.
-void assemble(ContactProblem& problem, StepData& s, const ContactSet& contacts, ImpulseResponses& responses,
-              FilmStep& films, Multipliers which) {
+void assemble(ContactProblem& problem, StepData& s, ImpulseResponses& responses, FilmStep& films,
+              Multipliers which) {
   const int rows = problem.rows;
-  if (s.whole && assemble_whole(problem, s, contacts, responses)) return;
   for (int r = 0; r < rows; ++r) {
     s.saddle.respond(responses.row(r), nullptr, 0, responses.response(r), responses.reaction(r), which);
     if (films.any()) films.relax(responses.response(r), responses.reaction(r));
@@ -71,13 +34,13 @@ void assemble(ContactProblem& problem, StepData& s, const ContactSet& contacts, 
 
 /// Adds the impulses of few contacts to v and lambda.
 void act(const ContactProblem& problem, StepData& s, const ImpulseResponses& responses) {
-  const int n = s.system.n(), m = s.system.rows();
+  const auto n = s.v.size(), m = s.lambda.size();
   double *v = s.v.data(), *lambda = s.lambda.data();
   const auto apply = [&](int row, double impulse) {
     if (row < 0 || impulse == 0) return;
     const double *a = responses.response(row), *l = responses.reaction(row);
-    for (int i = 0; i < n; ++i) v[i] += impulse * a[i];
-    for (int k = 0; k < m; ++k) lambda[k] += impulse * l[k];
+    for (std::size_t i = 0; i < n; ++i) v[i] += impulse * a[i];
+    for (std::size_t k = 0; k < m; ++k) lambda[k] += impulse * l[k];
   };
   for (const auto& c : problem.unknowns) {
     if (c.impulse_n == 0 || c.impulse_t == 0) {
@@ -87,8 +50,8 @@ void act(const ContactProblem& problem, StepData& s, const ImpulseResponses& res
     }
     const double *a = responses.response(c.normal), *l = responses.reaction(c.normal),
                  *b = responses.response(c.tangent), *t = responses.reaction(c.tangent);
-    for (int i = 0; i < n; ++i) v[i] = v[i] + c.impulse_n * a[i] + c.impulse_t * b[i];
-    for (int k = 0; k < m; ++k) lambda[k] = lambda[k] + c.impulse_n * l[k] + c.impulse_t * t[k];
+    push(n, c.impulse_n, a, c.impulse_t, b, v);
+    push(m, c.impulse_n, l, c.impulse_t, t, lambda);
   }
 }
 
@@ -124,8 +87,6 @@ void StepProblem::begin(StepData& s) {
 bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films) {
   const bool heap = islands_ && s.system.rows() == 0;
   contacts.begin(s, islands_ != nullptr);
-  pushed_ = false;
-  const bool free = s.free;  // whether the compiled rates are those of the present v
   if (islands_) islands_->clear();
   // Impulses of other elements may close a gap that the free motion leaves open: check again with
   // them.
@@ -133,7 +94,6 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
     if (!first) {
       s.v = v_free_;
       s.lambda = lambda_free_;
-      s.free = free;
     }
     collect(s, contacts, responses, first);
     if (problem.unknowns.empty()) break;
@@ -150,7 +110,7 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
         }
   }
   if (islands_) react_to_all(s, responses);
-  if (late_multipliers_ && !pushed_) {
+  if (late_multipliers_) {
     for (const auto& u : problem.unknowns) {
       if (u.normal >= 0) responses.row(u.normal).add_to(s.force.data(), u.impulse_n);
       if (u.tangent >= 0) responses.row(u.tangent).add_to(s.force.data(), u.impulse_t);
@@ -160,24 +120,13 @@ bool StepProblem::solve(StepData& s, ContactSet& contacts, ImpulseResponses& res
   return true;
 }
 
-/// `rate`: of the row at v.
-int StepProblem::add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
+int StepProblem::add_row(const SparseRow& row, const StepData& s, double end_rate_bias, int place,
                          ImpulseResponses& responses) {
   const int r = problem.rows++;
   if (islands_) place_.push_back(place);
   responses.row(islands_ ? place : r) = row;
-  problem.b[r] = rate + end_rate_bias;
+  problem.b[r] = row.dot(s.v.data()) + end_rate_bias;
   return r;
-}
-
-/// Adds the impulses of a single contact by its compiled function, if no other contact may still join.
-bool StepProblem::push_whole(StepData& s, const ContactSet& contacts, ImpulseResponses& responses) {
-  if (!s.whole || problem.unknowns.size() != 1 || contacts.waiting() || s.system.frictions() > 0)
-    return false;
-  const auto& u = problem.unknowns.front();
-  for (const int k : contacts.live())
-    if (contacts[k].unknown == 0) s.kernel.push(s, k, &u.impulse_n, response_of(u, responses));
-  return pushed_ = true;
 }
 
 /// Sets up the contact problem of the active contacts and the joints with friction.
@@ -202,25 +151,21 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     auto& c = contacts[k];
     c.unknown = -1;
     if (!c.active) continue;
-    const StepKernel::Rates* rates = s.free ? &s.kernel.rates(k) : nullptr;
-    c.u_n_minus = (rates ? rates->normal_old : c.row.normal.dot(s.v_old.data())) + c.bias_n;
+    c.u_n_minus = c.row.normal.dot(s.v_old.data()) + c.bias_n;
     ContactUnknown u;
     const int place = islands_ ? responses.first(k) : 0;
-    u.normal = add_row(c.row.normal, rates ? rates->normal : c.row.normal.dot(s.v.data()), -c.bias_n, place,
-                       responses);
+    u.normal = add_row(c.row.normal, s, -c.bias_n, place, responses);
     u.target_n = all && !c.soft ? -c.restitution * c.u_n_minus : 0;
     const bool guess = heap ? !first || !in_impact_last(c) : !any;
     u.impulse_n = guess ? c.last_n : 0;
     if (c.row.tangent.size > 0) {
       const auto& surface = contacts.facts(k).surface;
-      u.tangent = add_row(c.row.tangent, rates ? rates->tangent : c.row.tangent.dot(s.v.data()), -c.bias_t,
-                          place + 1, responses);
+      u.tangent = add_row(c.row.tangent, s, -c.bias_t, place + 1, responses);
       u.friction = *surface.friction;
       u.impulse_t = guess ? c.last_t : 0;
       // Reversal of sliding is for impacts only; it would drive back a lasting contact.
       if (c.u_n_minus < 0 && c.steps == 0 && all && !c.soft)
-        u.target_t = -surface.tangential_restitution *
-                     ((rates ? rates->tangent_old : c.row.tangent.dot(s.v_old.data())) + c.bias_t);
+        u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(s.v_old.data()) + c.bias_t);
     }
     c.unknown = static_cast<int>(problem.unknowns.size());
     problem.unknowns.push_back(u);
@@ -229,8 +174,8 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   for (int k = 0; k < s.system.frictions(); ++k) {
     ContactUnknown u;
     if (islands_) id_.push_back(k);
-    u.tangent = add_row(slides[k], slides[k].dot(s.v.data()), -0.5 * h * slide_gamma[k],
-                        islands_ ? responses.friction(k) : 0, responses);
+    u.tangent =
+        add_row(slides[k], s, -rate_bias(slide_gamma[k], h), islands_ ? responses.friction(k) : 0, responses);
     u.bound = h * s.system.friction_facts(k).bound;
     u.impulse_t = slide_last[k];
     problem.unknowns.push_back(u);
@@ -241,8 +186,7 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
 bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseResponses& responses,
                                  FilmStep& films) {
   if (!islands_)
-    assemble(problem, s, contacts, responses, films,
-             late_multipliers_ ? Multipliers::kept : Multipliers::all);
+    assemble(problem, s, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
   const auto result = islands_             ? solve_islands(s, responses)
                       : bounds_.size() > 0 ? bounds_.solve(s, *this, responses)
                                            : solve_laws(s);
@@ -256,8 +200,7 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
   }
   if (islands_ ? islands_->doubtful() : problem.doubtful()) note_painleve(s, contacts, result);
   if (!islands_) {
-    if (!push_whole(s, contacts, responses)) act(problem, s, responses);
-    s.free = false;
+    act(problem, s, responses);
     return true;
   }
   for (const auto& c : problem.unknowns)

@@ -68,9 +68,8 @@ class StepProblem {
   void set_slide_scale(double scale) { bounds_.slide_scale = scale; }
 
  private:
-  int add_row(const SparseRow& row, double rate, double end_rate_bias, int place,
+  int add_row(const SparseRow& row, const StepData& step, double end_rate_bias, int place,
               ImpulseResponses& responses);
-  bool push_whole(StepData& step, const ContactSet& contacts, ImpulseResponses& responses);
   void collect(StepData& step, ContactSet& contacts, ImpulseResponses& responses, bool first);
   bool solve_contacts(StepData& step, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films);
   ContactSolution solve_islands(StepData& step, ImpulseResponses& responses);
@@ -83,7 +82,6 @@ class StepProblem {
   ReactionBounds bounds_;
   std::vector<double> v_free_, lambda_free_;
   bool late_multipliers_;
-  bool pushed_ = false;  // the impulses of this step were added to its force already
 };
 
 }  // namespace freeplay

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/time_stepping/step_text.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -76,11 +78,6 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
     c.t_pressed = s.t;
     c.impulse_n += u->impulse_n;
     c.impulse_t += u->impulse_t;
-    if (const auto* pushed = s.kernel.pushed(k); pushed && s.whole) {
-      c.u_n_plus = pushed->normal - c.bias_n;
-      c.u_t_plus = c.row.tangent.size > 0 ? pushed->tangent - c.bias_t : 0;
-      continue;
-    }
     c.u_n_plus = c.row.normal.dot(s.v.data()) - c.bias_n;
     c.u_t_plus = c.row.tangent.size > 0 ? c.row.tangent.dot(s.v.data()) - c.bias_t : 0;
   }
@@ -191,37 +188,29 @@ void account_rows(StepData& s) {
   // an error of the step that would accumulate from turn to turn.
   const bool met = s.smooth() && s.system.drive_rows() > 0;
   const auto& G = s.system.pattern();
-  const int* column = G.column.data();
-  const double *value = s.middle.G.data(), *mean = s.v_mean.data();
   auto& integrals = s.totals.integrals;
   double drive = integrals.drive, stabilisation = integrals.stabilisation;
-  for (int k = 0, e = 0; k < G.rows; ++k) {
-    const double impulse = s.lambda[k], driven = s.middle.phi_t[k];
-    drive += impulse * driven;
-    double rate = 0;
-    for (const int end = G.begin[k + 1]; e < end; ++e) rate += value[e] * mean[column[e]];
-    const double work = impulse * (rate + driven);
+  for (int k = 0; k < G.rows; ++k) {
+    const double driven = s.middle.phi_t[k];
+    const auto work = row_work(G, s.middle.G.data(), k, s.v_mean.data(), s.lambda[k], driven);
+    drive += work.driven;
     // A row driven by a curve has its own rates at both ends of the step. It is driven at their
     // mean, not at the mean of the curve.
     if (met || (k >= first_driven && driven != 0))
-      drive -= work;
+      drive -= work.rest;
     else
-      stabilisation -= work;
+      stabilisation -= work.rest;
   }
   integrals.drive = drive;
   integrals.stabilisation = stabilisation;
 }
 
 /// Losses of contacts and friction; returns their total energy gain.
-double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses,
-                        const StepKernel::Pushed* pushed) {
+double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
   auto& integrals = s.totals.integrals;
   double gain = 0;
   for (const auto& c : problem.problem.unknowns) {
-    const auto mean_rate = [&](int row) {
-      if (pushed) return row == c.normal ? pushed->normal_mean : pushed->tangent_mean;
-      return responses.row(problem.place(row)).dot(s.v_mean.data());
-    };
+    const auto mean_rate = [&](int row) { return responses.row(problem.place(row)).dot(s.v_mean.data()); };
     double work = 0;
     if (c.normal >= 0) {
       const double normal = c.impulse_n * mean_rate(c.normal);
@@ -245,18 +234,15 @@ void account_step(StepData& s, const ContactSet& contacts, const StepProblem& pr
   const double h = s.length();
   auto& integrals = s.totals.integrals;
   if (!s.whole) {
-    for (int i = 0; i < s.system.n(); ++i) s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);
+    mean_of(s.v.size(), s.v_old.data(), s.v.data(), s.v_mean.data());
     account_rows(s);
   }
   if (films.any()) integrals.film += films.loss(s.v_old.data(), s.v.data());
   double approach = 0;  // Σ P_N |u_N⁻|
-  const StepKernel::Pushed* pushed = nullptr;
   for (const int k : contacts.live())
-    if (const auto* u = problem.unknown_of(contacts[k])) {
+    if (const auto* u = problem.unknown_of(contacts[k]))
       approach += u->impulse_n * std::max(0.0, -contacts[k].u_n_minus);
-      if (s.whole) pushed = s.kernel.pushed(k);
-    }
-  const double gain = account_contacts(s, problem, responses, pushed);
+  const double gain = account_contacts(s, problem, responses);
   // Lasting contacts may add a gain of h² times forces per step; a greater gain is from an impact
   // that raised the energy. Adaptive steps over impacts are the shortest steps.
   if (in_impact)

@@ -85,6 +85,8 @@ std::optional<CompiledRun> compile_system(System& system, const State& near, Row
     found.reason = "no part of the mechanism can be compiled";
     return found;
   }
+  if (scheme == TracedFor::fixed_steps && traced.solves && traced.untraced.empty())
+    traced.steps = trace_steps(traced.object, system, near, facts);
   auto structure = structures ? structures->find(traced) : nullptr;
   const bool known = structure != nullptr;
   if (!known && only_known) return {};
@@ -104,7 +106,7 @@ std::optional<CompiledRun> compile_system(System& system, const State& near, Row
   const int states = same ? 0 : known ? 1 : states_compared;
   if (differing_quantities(system, functions, near, facts, states) > 0 ||
       differing_motions(system, functions, near, facts, states) > 0 ||
-      (functions.step.middle && differing_steps(system, functions, near, facts, states) > 0)) {
+      (!functions.steps.empty() && differing_steps(system, functions, near, facts, states) > 0)) {
     found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
     return found;
   }
@@ -118,15 +120,11 @@ std::optional<LaneFunctions> compile_lanes(const std::vector<LaneCandidate>& can
   std::vector<LaneCheck> checks;
   for (const auto& one : candidates)
     checks.push_back({one.system, one.near, &one.traced->object.constants()});
-  if (checks.empty()) return {};
+  if (checks.size() < 2) return {};
   const auto& first = *candidates.front().traced;
-  const bool alone = first.object.lanes() == 1;
-  if (!alone && checks.size() < 2) return {};
   const auto object = object_worth(first.object, longest_estimate, stop);
-  if (!object.library && (alone || !LaneTape::usable())) return {};
-  auto functions = object.library
-                       ? first.compiled(object.table)
-                       : first.evaluated(checks.size() > LaneTape::few ? LaneTape::many : LaneTape::few);
+  if (!object.library) return {};
+  auto functions = first.compiled(object.table);
   functions.object = object.library;
   if (differing_lanes(functions, checks, candidates.front().facts) > 0) return {};
   return functions;

@@ -14,9 +14,9 @@
 
 #include "compile/compiled_object.hpp"
 #include "compile/compiled_structures.hpp"
-#include "dynamics/lane_functions.hpp"
 #include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
+#include "formulations/time_stepping/lane_functions.hpp"
 #include "numerics/saddle_point.hpp"
 #include "values/compile.hpp"
 #include "values/result.hpp"
@@ -68,8 +68,7 @@ struct LaneCandidate {
   const TracedLanes* traced;  ///< trace_lanes() of it
 };
 /// Compiles and checks the functions of steps in lanes for systems of one structure, of which there are
-/// at least two, or one for functions of one lane. If they cannot be compiled, they are evaluated
-/// (LaneTape), except those of one lane. Without result if there are none.
+/// at least two. Without result if they cannot be compiled.
 std::optional<LaneFunctions> compile_lanes(const std::vector<LaneCandidate>& candidates, StopToken stop);
 
 }  // namespace freeplay

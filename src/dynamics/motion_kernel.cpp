@@ -198,8 +198,8 @@ bool SystemTracer::motions(const System& system) {
 /// Inputs 0 to 3 and outputs 0 to 12, which `motion` and `state` have in common.
 EvaluationOf<Traced> SystemTracer::whole_state(Trace& trace, const SaddlePoint& saddle, List& v) {
   const auto t = trace.input(0, 0, at_.t);
-  const auto q = coordinates(trace, 1, at_.q, true);
-  v = coordinates(trace, 2, at_.v, false);
+  const auto q = coordinates(trace, 1, true);
+  v = coordinates(trace, 2, false);
   const auto z = trace.inputs(3, at_.z);
   const auto fresh = system_.make_evaluation<Traced>();
   auto e = fresh;
@@ -208,7 +208,7 @@ EvaluationOf<Traced> SystemTracer::whole_state(Trace& trace, const SaddlePoint& 
   system_.forces(t, q.data(), v.data(), z.data(), e);
   List ratios;
   std::vector<int> counts;
-  step_F_ = saddle.trace_factors(e.G, ratios, counts);
+  whole_F_ = saddle.trace_factors(e.G, ratios, counts);
   trace.outputs(0, e.cosine);
   trace.outputs(1, e.sine);
   trace.outputs(2, e.phi);
@@ -219,7 +219,7 @@ EvaluationOf<Traced> SystemTracer::whole_state(Trace& trace, const SaddlePoint& 
   trace.output(7, 0, e.power.drive);
   trace.output(8, 0, e.power.load);
   trace.output(9, 0, e.power.damping);
-  put_changed(trace, 10, step_F_, List(step_F_.size()));
+  put_changed(trace, 10, whole_F_, List(whole_F_.size()));
   const Traced* ratio = ratios.data();
   for (std::size_t block = 0; block < counts.size(); ++block) {
     Traced least(1);
@@ -228,8 +228,8 @@ EvaluationOf<Traced> SystemTracer::whole_state(Trace& trace, const SaddlePoint& 
     trace.output(11, static_cast<int>(block), least);
   }
   put_changed(trace, 12, e.G, fresh.G);
-  step_G_ = e.G;
-  step_phi_t_ = e.phi_t;
+  whole_G_ = e.G;
+  whole_phi_t_ = e.phi_t;
   return e;
 }
 
@@ -239,7 +239,7 @@ void SystemTracer::motion(TracedObject& object, const SaddlePoint& saddle) {
     Trace trace(all, "motion");
     List v, a, lambda;
     const auto e = whole_state(trace, saddle, v);
-    saddle.trace_solution(e.G, step_F_, e.force, e.gamma, a, lambda);
+    saddle.trace_solution(e.G, whole_F_, e.force, e.gamma, a, lambda);
     saddle.trace_finish(e.G, e.force, a, lambda);
     trace.outputs(13, a);
     trace.outputs(14, lambda);
@@ -269,20 +269,20 @@ void SystemTracer::state(TracedObject& object, const SaddlePoint& saddle) {
 void SystemTracer::slide(TracedObject& object, const SaddlePoint& saddle, int contact) const {
   Trace trace(object, "slide_" + std::to_string(contact));
   const auto n = static_cast<std::size_t>(system_.n()), m = static_cast<std::size_t>(system_.rows());
-  const auto F = inputs_like(trace, 0, step_F_), G = inputs_like(trace, 1, step_G_);
+  const auto F = inputs_like(trace, 0, whole_F_), G = inputs_like(trace, 1, whole_G_);
   // `motion` has checked the coordinates that stay.
-  const auto q = known_coordinates(trace, 2, at_.q, true), v = known_coordinates(trace, 3, at_.v, false);
+  const auto q = known_coordinates(trace, 2, true), v = known_coordinates(trace, 3, false);
   auto e = system_.make_evaluation<Traced>();
   orient(trace, 4, e);
   auto a = trace.inputs(6, std::vector<double>(n, 1)), lambda = trace.inputs(7, std::vector<double>(m, 1));
   const auto factor = trace.input(8, 0, -0.1);
   auto drive = trace.input(9, 0, 1);
-  const auto phi_t = inputs_like(trace, 10, step_phi_t_);
+  const auto phi_t = inputs_like(trace, 10, whole_phi_t_);
   ContactRowOf<Traced> row;
   system_.contact(contact, q.data(), v.data(), e, row);
   trace.output(0, 0, row.gap);
-  put_row(trace, 1, row.normal);
-  put_row(trace, 2, row.tangent);
+  for (int i = 0; i < row.normal.size; ++i) trace.output(1, i, row.normal.value[i]);
+  for (int i = 0; i < row.tangent.size; ++i) trace.output(2, i, row.tangent.value[i]);
   trace.output(3, 0, row.gamma_n);
   trace.output(4, 0, row.gamma_t);
   List f(n), x, reaction;

@@ -99,16 +99,7 @@ TracedSystem trace_system(const System& system, const State& near, RowFacts fact
     s.solves = saddle.trace(object, tracer.G(), tracer.fixed(), s.factors, s.ratios);
     if (!s.solves) s.untraced.emplace_back("linear system: a block has too many rows");
   });
-  s.steps_again = SystemTracer::iterates(system);
   if (!s.solves || !s.untraced.empty()) return s;
-  if (scheme == TracedFor::fixed_steps && SystemTracer::steps(system))
-    s.steps = traced(s.untraced, "time steps", [&] {
-      // The correction onto the constraints must be as small as in a run.
-      SystemTracer close(system, near, 1e-6);
-      TracedObject unused(0, &object);
-      close.place(unused);
-      close.step(object, saddle);
-    });
   // Forces of films and of joints with friction come between the state and the solution.
   if (scheme == TracedFor::event_driven && SystemTracer::motions(system))
     s.motion = traced(s.untraced, "right-hand sides", [&] { tracer.motion(object, saddle); });
@@ -139,21 +130,12 @@ SystemFunctions TracedSystem::functions(const CompiledFunction* table) const {
     f.solve.factors = factors;
     f.solve.ratios = ratios;
   }
-  if (steps) {
-    f.step.middle = *table++;
-    if (steps_again) f.step.again = *table++;
-    f.step.end = *table++;
-    f.step.reached = *table++;
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      f.step.responses.push_back(*table++);
-      f.step.pushes.push_back(*table++);
-    }
-  }
   if (motion) {
     f.motion.motion = *table++;
     for (std::size_t k = 0; k < contacts.size(); ++k) f.motion.slides.push_back(*table++);
   }
   if (state) f.motion.state = *table++;
+  f.steps.assign(table, table + steps);
   return f;
 }
 

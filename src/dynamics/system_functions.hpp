@@ -22,38 +22,6 @@ namespace freeplay {
 
 class System;
 
-/// Most contacts of a mechanism whose steps are compiled whole.
-inline constexpr int most_step_contacts = 24;
-
-/// Functions of a step of h from (q₀, v₀) at t₀ by the midpoint rule (formulations/time_stepping/,
-/// which has the general path). q_m = q₀ + (h/2) v₀; `middle` stands for the evaluations there.
-///
-///     middle:    in t₀ + h/2, h, q₀, v₀
-///                out q_m, cosine, sine, Φ_t, G, γ, F, pivot ratios, M v₀ + h f, v and λ without
-///                contacts, G again; of each contact gap, rows, γ's, and its normal and tangential rates
-///                at v and at v₀
-///                where forces depend on the mean velocity: f
-///     again:     in t₀ + h/2, h, q_m, v₀, mean velocity, Φ_t, G, F, γ, cosine, sine, rows of all contacts
-///                out f, M v₀ + h f, v and λ without contacts, rates of each contact at v
-///     response:  in F, G, normal and tangent row of a contact
-///                out response and reaction to each row; D_NN, D_TN, D_TT
-///     push:      in impulses of a contact, its responses, reactions and rows, v, λ, h f, v₀
-///                out v, λ, h f with the impulses; its rates at v and at (v₀ + v)/2
-///     end:       in t, h, q_m, v₀, v, λ, h f + all impulses, Φ_t, G, F, cosine, sine; works
-///                out q before and after its correction onto Φ = 0, λ/h, (v₀ + v)/2, works of drives
-///                and of stabilisation, residuals, Σ q + v, gap of each contact
-///     reached:   in t, q, q_m, cosine, sine      out residuals, gap of each contact
-///
-/// The residuals are the greatest |Φ| in m and in rad. All are null unless no part of the system has
-/// its own way of taking part in a step: states of elements, prescribed motions, films, joint friction that
-/// depends on reactions, or beside forces at a mean velocity. Friction with a given force takes part by its
-/// row, as in the general path.
-struct StepFunctions {
-  CompiledFunction middle = nullptr, end = nullptr, reached = nullptr;
-  CompiledFunction again = nullptr;                 ///< only where forces depend on the mean velocity
-  std::vector<CompiledFunction> responses, pushes;  ///< of each contact
-};
-
 /// Functions of a right-hand side, which evaluate everything at one state (dynamics/motion_kernel.hpp).
 ///
 ///     motion:  in t, q, v, z
@@ -86,11 +54,12 @@ struct SystemFunctions {
   bool place_reads_pieces = false, reads_pieces = false, reads_steps = false;
   std::vector<Contact> contacts;  ///< one for each contact, or none
   SolveFunctions solve;
-  StepFunctions step;
   std::vector<double> constants;
   std::shared_ptr<const void> object;  ///< keeps the functions loaded
   long refused = 0;                    ///< calls in which a guard failed
   MotionFunctions motion;
+  /// Functions of time steps (formulations/time_stepping/lane_functions.hpp).
+  std::vector<CompiledFunction> steps;
   /// Calls a function. Returns false if a guard failed.
   bool call(CompiledFunction function, const double* const* in, double* const* out) {
     if (function(constants.data(), in, out) == 0) return true;
@@ -107,15 +76,15 @@ struct TracedSystem {
   };
   TracedObject object;
   /// whether it is traced
-  bool place = false, rate = false, forces = false, solves = false, steps = false;
-  bool steps_again = false;
+  bool place = false, rate = false, forces = false, solves = false;
   bool place_in_pieces = false, forces_in_pieces = false, forces_over_step = false;
   /// Whether rows and forces depend on them (Reading).
   bool place_reads_pieces = false, reads_pieces = false, reads_steps = false;
   bool motion = false, state = false;
+  int steps = 0;  ///< number of functions of time steps, which are the last ones; others append them
   /// Whether functions of another one may be called with the constants of this one.
   bool same_structure(const TracedSystem& o) const {
-    return steps == o.steps && motion == o.motion && state == o.state && object.same_structure(o.object);
+    return motion == o.motion && steps == o.steps && state == o.state && object.same_structure(o.object);
   }
   std::vector<Contact> contacts;
   int factors = 0;          ///< of the saddle point (SolveFunctions)

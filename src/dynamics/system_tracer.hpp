@@ -48,7 +48,7 @@ class SystemTracer {
   }
   void rate(TracedObject& object) {
     Trace trace(object, "rate");
-    const auto q = coordinates(trace, 0, at_.q, true), v = coordinates(trace, 1, at_.v, false);
+    const auto q = coordinates(trace, 0, true), v = coordinates(trace, 1, false);
     auto e = fresh(trace);
     orient(trace, 2, e);
     for (std::size_t k = 0; k < e.gamma.size(); ++k) e.gamma[k] = trace.old(0, static_cast<int>(k));
@@ -62,7 +62,7 @@ class SystemTracer {
   void forces(TracedObject& object, Reads reads = Reads::points) {
     Trace trace(object, forces_names[static_cast<std::size_t>(reads)]);
     const auto t = trace.input(0, 0, at_.t);
-    const auto q = coordinates(trace, 1, at_.q, true), v = coordinates(trace, 2, at_.v, false);
+    const auto q = coordinates(trace, 1, true), v = coordinates(trace, 2, false);
     const auto z = trace.inputs(3, at_.z);
     auto e = fresh(trace);
     orient(trace, 4, e);
@@ -92,8 +92,7 @@ class SystemTracer {
     const auto of_pair = [&](int c) {
       return planar::body_of(c) == bodies[0] || planar::body_of(c) == bodies[1];
     };
-    const auto q = coordinates(trace, 0, at_.q, true, of_pair),
-               v = coordinates(trace, 1, at_.v, false, of_pair);
+    const auto q = coordinates(trace, 0, true, of_pair), v = coordinates(trace, 1, false, of_pair);
     auto e = fresh(trace);
     orient(trace, 2, e);
     ContactRowOf<Traced> row;
@@ -120,15 +119,6 @@ class SystemTracer {
     trace.output(6, 0, row.gamma_film);
     trace.output(7, 0, row.turn);
   }
-  /// @name Steps of the midpoint rule (system_functions.hpp), in step_trace.cpp
-  ///@{
-  /// Whether steps of a system can be one function.
-  static bool steps(const System& system);
-  /// Whether its steps iterate for the mean velocity, on which forces depend.
-  static bool iterates(const System& system);
-  /// Records all functions of a step, or throws NotTraceable with none of them in the object.
-  void step(TracedObject& object, const SaddlePoint& saddle);
-  ///@}
   /// @name Right-hand sides (system_functions.hpp), in motion_kernel.cpp
   ///@{
   /// Whether right-hand sides depend on the state alone, and not on pieces of tables and curves.
@@ -139,10 +129,6 @@ class SystemTracer {
   void motion(TracedObject& object, const SaddlePoint& saddle);
   void state(TracedObject& object, const SaddlePoint& saddle);
   ///@}
-  /// Records the functions of LaneFunctions, in lane_trace.cpp.
-  void lanes(TracedObject& object, const SaddlePoint& saddle);
-  int lane_factors() const { return static_cast<int>(step_F_.size()); }
-  const std::vector<int>& lane_ratios() const { return lane_ratios_; }
   /// Values of G at the sample, and whether they are constant.
   std::vector<double> G() const { return sample_.G; }
   std::vector<bool> fixed() const {
@@ -152,12 +138,59 @@ class SystemTracer {
     return fixed;
   }
 
- private:
+  /// @name Arguments of functions that are traced beside those of the System
+  ///@{
   using List = std::vector<Traced>;
+  /// The sample.
+  const State& at() const { return at_; }
+  /// q (else v) as inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.
+  List coordinates(Trace& trace, int array, bool positions) const {
+    return coordinates(trace, array, positions, [](int) { return true; });
+  }
+  List coordinates(Trace& trace, int array, bool positions, auto takes) const {
+    auto list = trace.inputs(array, positions ? at_.q : at_.v);
+    for (std::size_t c = 0; c < list.size(); ++c)
+      if (still_[c] && takes(static_cast<int>(c))) {
+        const Traced value(positions ? *still_[c] : 0);
+        (void)(list[c] == value);
+        list[c] = value;
+      }
+    return list;
+  }
+  /// The same without guards, for arrays that another function has checked.
+  List known_coordinates(Trace& trace, int array, bool positions) const {
+    auto list = trace.inputs(array, positions ? at_.q : at_.v);
+    for (std::size_t c = 0; c < list.size(); ++c)
+      if (still_[c]) list[c] = positions ? *still_[c] : 0;
+    return list;
+  }
+  /// The entries of a list as inputs, except its constants.
+  static List inputs_like(Trace& trace, int array, const List& known) {
+    auto list = known;
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (!list[i].is_constant()) list[i] = trace.input(array, static_cast<int>(i), list[i].value);
+    return list;
+  }
+  /// Outputs the entries that are not those of a new evaluation.
+  static void put_changed(Trace& trace, int array, const List& x, const List& fresh) {
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (!x[i].is_constant() || x[i].value != fresh[i].value) trace.output(array, static_cast<int>(i), x[i]);
+  }
+  /// The bodies' orientations as inputs `array` and array + 1, or constants for still bodies.
+  void orient(Trace& trace, int array, EvaluationOf<Traced>& e) const {
+    for (std::size_t b = 0; b < e.cosine.size(); ++b) {
+      const int at = static_cast<int>(b);
+      e.cosine[b] = cosine_[b].is_constant() ? cosine_[b] : trace.input(array, at, sample_.cosine[b]);
+      e.sine[b] = sine_[b].is_constant() ? sine_[b] : trace.input(array + 1, at, sample_.sine[b]);
+    }
+  }
+  ///@}
+
+ private:
   /// Records the functions `place`.
   EvaluationOf<Traced> placed(Trace& trace, const PieceOf<Traced>* pieces) const {
     const auto t = trace.input(0, 0, at_.t);
-    const auto q = coordinates(trace, 1, at_.q, true);
+    const auto q = coordinates(trace, 1, true);
     auto e = fresh(trace);
     e.pieces = pieces;
     system_.place(t, q.data(), e);
@@ -171,61 +204,6 @@ class SystemTracer {
   }
   void slide(TracedObject& object, const SaddlePoint& saddle, int contact) const;
   EvaluationOf<Traced> whole_state(Trace& trace, const SaddlePoint& saddle, List& v);
-  void step_middle(TracedObject& object, const SaddlePoint& saddle);
-  void step_again(TracedObject& object, const SaddlePoint& saddle);
-  void step_end(TracedObject& object, const SaddlePoint& saddle);
-  void step_reached(TracedObject& object);
-  void step_response(TracedObject& object, const SaddlePoint& saddle, int contact);
-  void response(const SaddlePoint& saddle, const List& G, const List& F, const SparseRowOf<Traced>& row,
-                List& a, List& lambda) const;
-  /// Outputs the entries that are not those of a new evaluation.
-  static void put_changed(Trace& trace, int array, const List& x, const List& fresh);
-  static void put_row(Trace& trace, int array, const SparseRowOf<Traced>& row);
-  static SparseRowOf<Traced> row_of(Trace& trace, const SparseRowOf<Traced>& row, int array);
-  /// The greatest |Φ| in m and in rad.
-  List residuals(const EvaluationOf<Traced>& e) const;
-  void lanes_middle(Trace& trace, const Traced& h, const List& ratios, const List& v);
-  void lanes_slide(TracedObject& object, const SaddlePoint& saddle);
-  /// The joint friction with a given force, if there is one, from its row and γ as inputs from this array on.
-  struct Slide {
-    SparseRowOf<Traced> row;
-    Traced bias, bound, last;  // of its rate at the end, m/s; N s
-    List response, reaction;
-  };
-  std::optional<Slide> slide_of(Trace& trace, int array, const Traced& h, const SaddlePoint& saddle,
-                                const List& G, const List& F) const;
-  Traced reach_of(Trace& trace, int contact, int gaps, const Traced& h, const List& v) const;
-  void lanes_contact(TracedObject& object, const SaddlePoint& saddle, int contact);
-  void lanes_open(TracedObject& object, const SaddlePoint& saddle, int contact);
-  Traced gap_at(int contact, const List& q, const EvaluationOf<Traced>& e) const;
-  void lanes_end(Trace& trace, const List& q, const List& v, const Traced& drive, const Traced& sum,
-                 const EvaluationOf<Traced>& e);
-  /// coordinates() without guards, for arrays that another function has checked.
-  List known_coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions) const {
-    auto list = trace.inputs(array, values);
-    for (std::size_t c = 0; c < list.size(); ++c)
-      if (still_[c]) list[c] = positions ? *still_[c] : 0;
-    return list;
-  }
-  List inputs_like(Trace& trace, int array, const List& known) const;
-  /// Outputs the residuals to `array`, and the gaps at q to the arrays from `gaps` on.
-  void put_end(Trace& trace, int array, int gaps, const List& q, const EvaluationOf<Traced>& e);
-  /// The inputs of an array. A still coordinate is its value, or its rate 0; a guard checks that.
-  std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values,
-                                  bool positions) const {
-    return coordinates(trace, array, values, positions, [](int) { return true; });
-  }
-  std::vector<Traced> coordinates(Trace& trace, int array, const std::vector<double>& values, bool positions,
-                                  auto takes) const {
-    auto list = trace.inputs(array, values);
-    for (std::size_t c = 0; c < list.size(); ++c)
-      if (still_[c] && takes(static_cast<int>(c))) {
-        const Traced value(positions ? *still_[c] : 0);
-        (void)(list[c] == value);
-        list[c] = value;
-      }
-    return list;
-  }
   /// The ends of a piece of each phase, as inputs.
   std::vector<PieceOf<Traced>> pieces_at(Trace& trace, int array) const {
     std::vector<PieceOf<Traced>> pieces;
@@ -246,26 +224,13 @@ class SystemTracer {
     old(4, e.G);
     return e;
   }
-  /// The bodies' orientations as inputs `array` and array + 1, or constants for still bodies.
-  void orient(Trace& trace, int array, EvaluationOf<Traced>& e) const {
-    for (std::size_t b = 0; b < e.cosine.size(); ++b) {
-      const int at = static_cast<int>(b);
-      e.cosine[b] = cosine_[b].is_constant() ? cosine_[b] : trace.input(array, at, sample_.cosine[b]);
-      e.sine[b] = sine_[b].is_constant() ? sine_[b] : trace.input(array + 1, at, sample_.sine[b]);
-    }
-  }
-
   const System& system_;
   std::vector<std::optional<double>> still_;
   State at_;
   Evaluation sample_;
   std::vector<Traced> cosine_, sine_, G_;
   std::vector<bool> fixed_;
-  List step_G_, step_F_, step_phi_t_, step_gamma_;  // of step_middle(): constants have no node
-  std::vector<ContactRowOf<Traced>> step_rows_;
-  SparseRowOf<Traced> step_slide_;  // of the joint friction
-  Traced step_slide_gamma_;
-  std::vector<int> lane_ratios_;  // of each block
+  List whole_G_, whole_F_, whole_phi_t_;  // of whole_state(): constants have no node
 };
 
 }  // namespace freeplay

@@ -107,11 +107,10 @@ class Simulation::Group {
       if (!one) return nullptr;
       auto member = std::make_unique<Member>(Member{std::move(*one)});
       auto& s = member->simulation();
-      // Runs for which no compilation was tried are too short, or shall be general.
-      const bool fits = s.compiled && fits_lanes(*s.form);
+      // Other runs are too short to be compiled, or shall be general.
+      const bool fits = s.compiled && s.compiled->used && fits_lanes(*s.form);
       if (fits && !s.lanes) {
-        const int lanes = s.compiled->used ? lanes_of_machine() : LaneTape::many;
-        s.lanes = trace_lanes(s.system, s.start, s.facts(), lanes, like_.get());
+        s.lanes = trace_lanes(s.system, s.start, s.facts(), lanes_of_machine(), like_.get());
         if (!like_ || !s.lanes->object.same_structure(like_->object))
           like_ = std::make_shared<const TracedLanes>(*s.lanes);
       }
@@ -193,6 +192,6 @@ class Simulation::Group {
 
 void Simulation::run_together(const std::function<std::optional<Together>()>& next) { Group(next).run(); }
 
-int Simulation::most_together() { return std::max(lanes_of_machine(), LaneTape::many); }
+int Simulation::most_together() { return lanes_of_machine(); }
 
 }  // namespace freeplay

@@ -57,8 +57,6 @@ struct Simulation::Implementation {
   /// Compiles the mechanism; the run continues with the same digits. `only_known` and `worth`: as
   /// compile_system().
   void compile_now(const StopToken& stop, bool only_known = false, double worth = longest_estimate);
-  /// Compiles the functions of lanes.hpp. Null before the mechanism is compiled.
-  const SingleLane* single_lane(const StopToken& stop);
   /// Compiles it if the run is long enough by now, and so is its rest.
   void compile_if_long(const CompileObserver& run);
   Result summary(const Ending& ending) const;
@@ -76,7 +74,6 @@ struct Simulation::Implementation {
   Compile compile;
   std::optional<CompiledRun> compiled;  // once it was tried
   std::optional<TracedLanes> lanes;     // once it was in run_together()
-  std::optional<SingleLane> single;     // once it was tried
   CompiledStructures* structures = nullptr;
   bool looked = false;            // whether they have the structure
   std::optional<bool> redundant;  // whether constraint rows are, at the start; once it was asked

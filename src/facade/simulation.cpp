@@ -132,21 +132,6 @@ void Simulation::Implementation::compile_now(const StopToken& stop, bool only_kn
   if (compiled) compiled->from = form->state().t;
 }
 
-const SingleLane* Simulation::Implementation::single_lane(const StopToken& stop) {
-  if (single || !compiled) return single ? &*single : nullptr;
-  single.emplace();
-  // Runs of a study share lanes with each other.
-  if (!compiled->used || structures || !fits_lanes(*form)) return &*single;
-  const auto traced = trace_lanes(system, start, facts(), 1);
-  if (!traced.traced) return &*single;
-  try {
-    if (auto made = compile_lanes({{&system, &start, facts(), &traced}}, stop))
-      *single = {std::move(*made), traced.object.constants()};
-  } catch (const Interrupted&) {  // the run ends after this step
-  }
-  return &*single;
-}
-
 void Simulation::Implementation::compile_if_long(const CompileObserver& run) {
   if (compiled || compile != Compile::automatic) return;
   const long rhs = form->work().rhs;
@@ -316,9 +301,11 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 Result Simulation::run(const RunRequest& request) {
   Implementation::Underway run(*it_, request);
+  auto& form = *it_->form;
+  // Runs of a study share lanes with each other.
+  if (run.every_step || it_->structures) return run.finish(form.run(run.until, run.watch));
   return run.finish(run_in_single_lane(
-      *it_->form, run.until, run.watch, [&] { return run.next_shown(); }, run.follow(),
-      [&] { return run.every_step ? nullptr : it_->single_lane(request.stop); }));
+      form, run.until, run.watch, [&] { return run.next_shown(); }, run.follow()));
 }
 
 const Scene& Simulation::scene() const { return it_->scene; }

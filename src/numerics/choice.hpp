@@ -57,6 +57,20 @@ auto is_equal(const A& a, const B& b) {
     return value_of(a) == value_of(b);
 }
 
+/// a ≤ b, likewise.
+template <class A, class B>
+auto is_at_most(const A& a, const B& b) {
+  if constexpr (is_traced<A> || is_traced<B>)
+    return holds(a, Relation::less_equal, b);
+  else
+    return value_of(a) <= value_of(b);
+}
+/// The type of these conditions, which both() and either() join.
+template <class T>
+using ConditionOf = std::conditional_t<is_traced<T>, Traced, bool>;
+inline bool both(bool a, bool b) { return a && b; }
+inline bool either(bool a, bool b) { return a || b; }
+
 /// The result of `a` where the condition holds, else of `b`.
 template <class A, class B>
 auto choose(bool condition, A a, B b) {
@@ -67,6 +81,13 @@ template <class A, class B>
 auto choose(const Traced& condition, A a, B b) {
   if (condition.is_constant()) return condition.value != 0 ? a() : b();
   return select(condition, a(), b());
+}
+
+/// std::min(a, b)
+template <class T>
+T least(const T& a, const T& b) {
+  return choose(
+      is_below(b, a), [&] { return b; }, [&] { return a; });
 }
 
 /// x, limited to ±limit.

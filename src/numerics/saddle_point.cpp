@@ -125,7 +125,7 @@ SaddlePoint::CompiledRoom SaddlePoint::compiled_room() {
     factors_.resize(static_cast<std::size_t>(f.factors));
     ratios_.resize(static_cast<std::size_t>(std::accumulate(f.ratios.begin(), f.ratios.end(), 0)));
   }
-  return {true, G_values_.data(), factors_.data(), ratios_.data()};
+  return {true, G_values_.data(), factors_.data(), ratios_.data(), ratios_.size()};
 }
 
 void SaddlePoint::take_compiled() {

@@ -1,9 +1,8 @@
 // Runs in lanes (formulations/time_stepping/lanes.hpp) against each run alone in the general evaluation. The
 // expected digits are those of the general evaluation, which other tests compare with closed forms.
 #include "compile/compiled_object.hpp"
-#include "dynamics/lane_functions.hpp"
+#include "formulations/time_stepping/lane_functions.hpp"
 #include "io/scene/read_scene.hpp"
-#include "numerics/lane_tape.hpp"
 #include "numerics/trace.hpp"
 #include "study/ensemble/ensemble.hpp"
 #include "verification/support/compiled_runs.hpp"
@@ -181,22 +180,10 @@ TEST_CASE("runs in lanes have the digits of runs alone", "[lanes][compiled][prog
   CHECK(counts.in_lanes > counts.steps / 4);
 }
 
-TEST_CASE("runs in evaluated lanes have the digits of runs alone", "[lanes][program]") {
-  if (!LaneTape::usable()) return;
-  const test::CompilerCache cache(true);
-  LaneCounts counts;
-  for (const int index : {0, 1}) compare_lanes(5, index, 2000, LaneTape::few - 1, counts);
-  for (const int index : {3, 11}) compare_lanes(5, index, 1000, LaneTape::many, counts);
-  CHECK(counts.laned == 4);
-  CHECK(counts.events > 20);
-  CHECK(counts.in_lanes > counts.steps / 4);
-}
-
 TEST_CASE("slider-cranks with friction in the guide: lanes and runs alone", "[lanes][program]") {
-  if (!LaneTape::usable()) return;
-  const test::CompilerCache cache(true);
+  const test::CompilerCache cache;
   LaneCounts counts;
-  for (const int index : {0, 1, 2, 3, 4, 5}) compare_lanes(7, index, 4000, LaneTape::few - 1, counts, true);
+  for (const int index : {0, 1, 2, 3, 4, 5}) compare_lanes(7, index, 4000, 3, counts, true);
   CHECK(counts.laned >= 4);
   CHECK(counts.events > 20);
   CHECK(counts.in_lanes > counts.steps / 4);
@@ -305,4 +292,32 @@ TEST_CASE("functions in lanes: each lane has its constants, choices and guards",
   };
   CHECK(out[0] == std::max(y(0), 2.0));
   CHECK(out[1] == -std::abs(y(1)));
+}
+
+TEST_CASE(
+    "compiled runs of fixed steps: impacts, clearances, sticking, dampers, tables, and friction of a joint",
+    "[compiled][program]") {
+  const test::CompilerCache cache;
+  for (const std::string name :
+       {"flores2011/scene", "four-bar/scene", "block-on-slope/scene", "press/scene", "spring-balance/scene",
+        "gear-rattle/scene", "flores2011-experiment/guide"}) {
+    INFO(name);
+    auto scene = test::read_short(test::source_folder() / "cases" / (name + ".toml"), 0.2);
+    scene.nonsmooth.scheme = Scheme::moreau_jean;
+    scene.nonsmooth.step = 2e-5;
+    if (name == "four-bar/scene") {
+      auto& joints = scene.mechanism.joints;
+      std::get<RevoluteJoint>(joints[1]).clearance = std::get<RevoluteJoint>(joints[2]).clearance;
+    }
+    const SimulationOptions by_compiled{.compile = Compile::always}, by_general{.compile = Compile::never};
+    const auto found = Simulation(scene, "nonsmooth", by_compiled).run();
+    CHECK(found.compiled.used);
+    CHECK(found.compiled.refused < found.work.steps / 100);
+    test::check_same_run(found, Simulation(scene, "nonsmooth", by_general).run());
+    Simulation first(scene, "nonsmooth", by_compiled), second(scene, "nonsmooth", by_general);
+    first.run({.until = 0.1});
+    second.restore(first.snapshot());
+    second.run();
+    CHECK(second.state().q == found.final_state.q);
+  }
 }

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "io/files/folder_lock.hpp"
-#include "numerics/lane_tape.hpp"
 #include "study/attractors/attractor_runs.hpp"
 #include "study/attractors/attractor_table.hpp"
 #include "study/calibration/calibrate.hpp"
@@ -190,12 +189,6 @@ TEST_CASE("a sweep has the same database with and without lanes", "[lanes][sweep
   CHECK(b.in_lanes == 0);
   CHECK(a.in_lanes > 5000);  // threads decide which runs meet
   check_same_rows(lanes / "sweep.db", alone / "sweep.db");
-  if (!LaneTape::usable()) return;
-  setenv("XDG_CACHE_HOME", "/dev/null", 1);  // nothing is compiled
-  const auto evaluated = desk.results("always", "evaluated");
-  const auto c = swept_in(study, evaluated, 2);
-  CHECK(c.in_lanes > 5000);
-  check_same_rows(evaluated / "sweep.db", alone / "sweep.db");
 }
 
 TEST_CASE("a sweep of accelerations has the same database with and without lanes",

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 
+#include "dynamics/system.hpp"
 #include "dynamics/system_functions.hpp"
-#include "dynamics/system_tracer.hpp"
 #include "formulations/marched.hpp"
 #include "formulations/time_stepping/lane_group.hpp"
 #include "formulations/time_stepping/moreau.hpp"
@@ -98,16 +97,17 @@ struct Lane {
   }
 };
 
-/// The lanes of one group.
-class Lanes {
+/// LaneScheduler: the lanes of one group. Each is empty, or has a run that steps alone, or one that steps in the
+/// group. A run is loaded where its next steps may be ordinary and nobody sees them, and stored where one is
+/// not ordinary or is to be seen; its place goes to the next run at its end.
+class LaneScheduler {
  public:
   using Next = std::function<std::optional<LaneRun>()>;
-  using Single = std::function<const SingleLane*()>;
 
-  Lanes(const LaneFunctions& functions, const Next& next)
+  LaneScheduler(const LaneFunctions& functions, const Next& next)
       : functions_(&functions), next_(next), lanes_(static_cast<std::size_t>(functions.lanes)) {}
   /// A single lane, whose functions may come later.
-  Lanes(const Next& next, const Single& single) : next_(next), single_(&single), lanes_(1) {}
+  explicit LaneScheduler(const Next& next) : next_(next), lanes_(1) {}
 
   void run() {
     for (;;) {
@@ -159,11 +159,16 @@ class Lanes {
   void walk(int i, Lane& lane) {
     while (lane.steps->step()) {
       if (!group_) {
-        if (found_ || !(found_ = (*single_)()) || found_->functions.lanes != 1) continue;
-        join(i, lane, found_->functions, found_->constants);
+        const auto& system = lane.formulation->system();
+        const auto& compiled = system.compiled().functions();
+        if (looked_ || !compiled.object) continue;
+        looked_ = true;
+        single_ = single_lane(system);
+        if (single_.lanes != 1) continue;
+        join(i, lane, single_, compiled.constants);
       }
       lane.left = lane.unseen();
-      if (!(lane.left >= (single_ ? fewest_alone : fewest_ordinary) && group_->ready(i))) continue;
+      if (!(lane.left >= (functions_ ? fewest_ordinary : fewest_alone) && group_->ready(i))) continue;
       group_->load(i);
       lane.inside = true;
       return;
@@ -176,8 +181,8 @@ class Lanes {
 
   const LaneFunctions* functions_ = nullptr;
   const Next& next_;
-  const Single* single_ = nullptr;
-  const SingleLane* found_ = nullptr;  // of single_
+  LaneFunctions single_;  // without `functions_`, once the System has them
+  bool looked_ = false;   // for `single_`
   std::vector<Lane> lanes_;
   std::unique_ptr<LaneGroup> group_;  // of the first run
   bool none_ = false;                 // whether `next` had none since the last end of a run
@@ -191,14 +196,13 @@ bool fits_lanes(Formulation& formulation) {
 }
 
 void run_in_lanes(const LaneFunctions& functions, const std::function<std::optional<LaneRun>()>& next) {
-  Lanes(functions, next).run();
+  LaneScheduler(functions, next).run();
 }
 
 Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
                           const std::function<double()>& next_shown,
-                          const std::function<void(const Step&)>& follow,
-                          const std::function<const SingleLane*()>& lane) {
-  if (!dynamic_cast<Laned*>(&formulation)) return formulation.run(until, watch);
+                          const std::function<void(const Step&)>& follow) {
+  if (!fits_lanes(formulation)) return formulation.run(until, watch);
   Ending ending;
   std::optional<LaneRun> run = LaneRun{.formulation = &formulation,
                                        .until = until,
@@ -207,108 +211,9 @@ Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
                                        .follow = follow,
                                        .constants = nullptr,
                                        .ended = [&](const Ending& e, long) { ending = e; }};
-  Lanes([&] { return std::exchange(run, {}); }, lane).run();
+  const LaneScheduler::Next next = [&] { return std::exchange(run, {}); };
+  LaneScheduler(next).run();
   return ending;
-}
-
-namespace {
-
-constexpr int steps_compared = 20;
-
-/// A stepper with its log.
-struct OneStepper {
-  OneStepper(const System& system, const State& from, double h, RowFacts facts)
-      : log(system.contacts(), system.reported()),
-        stepper(system, {}, h, std::vector<double>(static_cast<std::size_t>(system.reported()), 0.5), facts) {
-    stepper.start(from, log);
-  }
-  /// Products with 0 vanish in compiled functions, so a motion that overflows is another one.
-  bool overflows() const {
-    return std::ranges::any_of(stepper.data().v, [](double v) { return !(std::abs(v) <= 1e50); });
-  }
-  /// Appends its quantities in one order; without multipliers, which steps in lanes do not keep.
-  void put(std::vector<double>& all) const {
-    const auto& d = stepper.data();
-    for (const auto* list : {&d.q, &d.v}) all.insert(all.end(), list->begin(), list->end());
-    for (const auto& c : stepper.contacts().all()) all.insert(all.end(), {c.gap, c.last_n, c.last_t});
-    const auto& works = stepper.integrals();
-    all.insert(all.end(), {works.drive, works.load, works.contact, works.friction, works.stabilisation,
-                           stepper.extremes().constraint_length, stepper.extremes().constraint_angle});
-  }
-  ContactLog log;
-  MoreauStepper stepper;
-};
-
-/// The quantities of some steps of h (s), in one order.
-std::vector<double> stepped(const System& system, const State& from, double h, RowFacts facts) {
-  OneStepper one(system, from, h, facts);
-  std::vector<double> all;
-  for (int i = 0; i < steps_compared && one.stepper.step(INFINITY) && !one.overflows(); ++i) {
-    one.put(all);
-    const auto& lambda = one.stepper.data().lambda;
-    all.insert(all.end(), lambda.begin(), lambda.end());
-  }
-  return all;
-}
-
-}  // namespace
-
-long differing_steps(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
-                     int states) {
-  const auto still = still_coordinates(system, near);
-  long differing = 0;
-  for (unsigned seed = 0; seed < std::min(4u, static_cast<unsigned>(states)); ++seed) {
-    const auto at = seed == 0 ? near : moved(system, near, still, seed);
-    const double h = seed < 3 ? 1e-5 : 1e-3;
-    system.compiled().attach({});
-    const auto expected = stepped(system, at, h, facts);
-    system.compiled().attach(functions);
-    const auto found = stepped(system, at, h, facts);
-    differing += differing_numbers(found, expected);
-  }
-  system.compiled().attach({});
-  return differing;
-}
-
-long differing_lanes(const LaneFunctions& functions, const std::vector<LaneCheck>& lanes, RowFacts facts,
-                     int states) {
-  long differing = 0;
-  for (unsigned seed = 0; seed < std::min(4u, static_cast<unsigned>(states)); ++seed) {
-    const double h = seed < 3 ? 1e-5 : 1e-3;
-    std::vector<std::unique_ptr<OneStepper>> alone, together;
-    std::vector<double> passed(lanes.size());
-    for (std::size_t i = 0; i < lanes.size(); ++i) {
-      const auto& lane = lanes[i];
-      const auto still = still_coordinates(*lane.system, *lane.near);
-      const auto at = seed == 0 ? *lane.near : moved(*lane.system, *lane.near, still, seed);
-      alone.push_back(std::make_unique<OneStepper>(*lane.system, at, h, facts));
-      together.push_back(std::make_unique<OneStepper>(*lane.system, at, h, facts));
-    }
-    LaneGroup group(functions, together.front()->stepper);
-    for (std::size_t i = 0; i < lanes.size(); ++i)
-      group.enter(static_cast<int>(i), {&together[i]->stepper, lanes[i].constants, &passed[i]});
-    unsigned inside = 0;
-    for (int step = 0; step < steps_compared; ++step) {
-      const unsigned leaving = inside == 0 ? 0 : group.advance(inside, 1);
-      std::vector<double> found, expected;
-      for (std::size_t i = 0; i < lanes.size(); ++i) {
-        const int lane = static_cast<int>(i);
-        const bool made = (inside >> i & 1) != 0 && (leaving >> i & 1) == 0;
-        if ((inside >> i & 1) != 0) group.store(lane);
-        inside &= ~(1u << i);
-        if (!alone[i]->stepper.step(INFINITY)) return differing;
-        if (!made && !together[i]->stepper.step(INFINITY)) return differing + 1;
-        if (alone[i]->overflows()) continue;
-        alone[i]->put(expected);
-        together[i]->put(found);
-        if (!group.ready(lane)) continue;
-        group.load(lane);
-        inside |= 1u << i;
-      }
-      differing += differing_numbers(found, expected);
-    }
-  }
-  return differing;
 }
 
 }  // namespace freeplay
