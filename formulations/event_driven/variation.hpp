@@ -69,9 +69,11 @@ class Variation : public VariedColumns<EventDynamics> {
   Variation(const EventDynamics& dynamics, const std::vector<VariedKey>& keys, std::vector<Column> integrands,
             double length, double duration);
 
-  /// From now on the variational equations are evaluated by traced equations where that is possible
-  /// (dynamics/system_tangent.hpp). They are traced near a state, such as the start.
-  void trace(const State& near) { probe_->use_tangent(traced(near, SystemTangent::Use::modes)); }
+  /// From now on the variational equations are evaluated by traced equations where that is possible. They
+  /// are traced near a state, such as the start.
+  void trace(TracedEquations& traced, const State& near) {
+    probe_->use_tangent(traced.of(probe_->system, keys_, near, SystemTangent::Use::modes));
+  }
   /// Advances S over a step of constant mode.
   void advance(const EventDynamics& dynamics, double t_old, const Vector& x_old, double t);
   /// Keeps the mode before an event.

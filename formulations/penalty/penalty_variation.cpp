@@ -56,7 +56,7 @@ PenaltyVariation::PenaltyVariation(Twins twins, const PenaltyParts& run, const s
       after_(std::make_unique<ExtendedPenalty>(run_.dynamics().twin(), run.speed_scale)),
       impulses_(run_.dynamics().contacts().size()) {}
 
-void PenaltyVariation::trace(const State& near) {
+void PenaltyVariation::trace(TracedEquations& traced, const State& near) {
   std::vector<PenaltyDynamics::DisplacedLaws> laws;
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     auto& displaced = laws.emplace_back();
@@ -64,7 +64,8 @@ void PenaltyVariation::trace(const State& near) {
     for (std::size_t i = 0; i < displaced.at.size(); ++i)
       if (displaced_[c][i]) displaced.at[i] = &displaced_[c][i]->dynamics();
   }
-  probe_->dynamics().use_tangent(traced(near, SystemTangent::Use::penalty), std::move(laws));
+  probe_->dynamics().use_tangent(traced.of(probe_->system, keys_, near, SystemTangent::Use::penalty),
+                                 std::move(laws));
 }
 
 /// The derivatives of the start: contacts that are closed there.

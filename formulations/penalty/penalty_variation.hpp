@@ -35,9 +35,8 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
                    const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
                    double duration);
 
-  /// From now on the variational equations are evaluated by traced equations where that is possible
-  /// (dynamics/system_tangent.hpp). They are traced near a state, such as the start.
-  void trace(const State& near);
+  /// See Variation::trace().
+  void trace(TracedEquations& traced, const State& near);
   /// Keeps the mode before a step.
   void begin_step();
   /// After a step: advances S, and passes the event at its end, if there is one.

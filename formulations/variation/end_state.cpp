@@ -109,7 +109,7 @@ EndState by_events(const SensitivityRun& run) {
       run, {},
       make_event_driven(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
   auto& scheme = motion.scheme();
-  if (run.traced) scheme.variation().trace(run.start);
+  use_traced(run, scheme.variation());
   EndState end;
   LeastForces forces(run.system.contacts());
   const auto probe = scheme.dynamics().twin();
@@ -134,6 +134,7 @@ EndState by_automatic_scheme(const SensitivityRun& run) {
   VariedRun motion(
       run, {}, make_automatic(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
   auto& scheme = motion.scheme();
+  use_traced(run, scheme.events().variation(), scheme.stepped());
   EndState end;
   end.stopped = motion.go([] {});
   end.stepped = scheme.work().handovers > 0;
@@ -209,6 +210,7 @@ EndState by_contact_forces(const SensitivityRun& run) {
   auto& steps = *parts.steps;
   PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, least_curved_length(run.system),
                              run.end - run.start.t);
+  use_traced(run, variation);
   EndState end;
   end.renewed.resize(static_cast<std::size_t>(run.system.contacts()));
   LeastForces least(run.system.contacts());

@@ -220,7 +220,7 @@ void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
       make_event_driven(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
   auto& scheme = motion.scheme();
   auto& variation = scheme.variation();
-  if (run.traced) variation.trace(run.start);
+  use_traced(run, variation);
   variation.watch_peaks(channels_of(run));
   all.stopped = motion.go([] {});
   const auto& d = scheme.dynamics();
@@ -245,7 +245,7 @@ void run_penalty(const SensitivityRun& run, Sensitivities& all) {
   auto& steps = *parts.steps;
   PenaltyVariation variation(parts, run.scene, run.start, run.keys, integrands_of(run),
                              least_curved_length(run.system), run.end - run.start.t);
-  if (run.traced) variation.trace(run.start);
+  use_traced(run, variation);
   variation.watch_peaks(channels_of(run));
   while (steps.t() < run.end) {
     if (run.stop()) throw Interrupted();

@@ -24,6 +24,7 @@ namespace freeplay {
 
 struct Scene;
 class System;
+class TracedEquations;
 enum class Family;
 
 /// A parameter: its systems at displaced values, and derivatives of the start.
@@ -101,15 +102,17 @@ struct SensitivityRun {
   const System& system;
   State start;
   double end = 0;  ///< s
-  std::vector<VariedKey> keys;
-  std::vector<VariedQuantity> quantities;
-  StopToken stop;
+  std::vector<VariedKey> keys = {};
+  std::vector<VariedQuantity> quantities = {};
+  StopToken stop = {};
   /// s. The method chooses steps for the motion alone; derivatives may vary faster, as about a rest.
   double longest_step = INFINITY;
   /// Steps after which an event-driven run is stopped.
   double most_steps = INFINITY;
   /// Whether the variational equations are evaluated by traced equations where that is possible.
   bool traced = true;
+  /// Those of earlier runs with the same keys, for further ones; null: none.
+  TracedEquations* equations = nullptr;
   /// Penalty runs: the modes of all contacts with which an earlier run ended that this one continues; empty:
   /// contacts that are closed at the start begin there.
   std::vector<PenaltyMode> contacts = {};

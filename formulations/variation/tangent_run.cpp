@@ -89,6 +89,12 @@ std::vector<double> TangentRun::orthonormalise() {
       S, {Z, at.states, t(), collapsed_, [&](std::size_t j) { columns_->refuse(j, collapsed_[j]); }});
 }
 
+State TangentRun::now() const {
+  const auto n = system_.n();
+  const double *q = x().data(), *z = q + layout().states;
+  return {t(), {q, q + n}, {q + n, q + 2 * n}, {z, z + system_.states()}};
+}
+
 double TangentRun::cost() const {
   const auto rhs = own_evaluations();
   return columns_ && rhs > 0 ? static_cast<double>(columns_->evaluations()) / static_cast<double>(rhs) : 0;
@@ -147,6 +153,7 @@ class EventTangentRun final : public TangentRun {
                                    double duration) override {
     scheme_.vary(keys, {}, length, duration);
     auto& variation = scheme_.variation();
+    variation.trace(equations_, now());
     variation.impact_error = impact_error_;
     variation.on_event = [this](const EventDynamics& d, const Variation::Passed& p) { predict_event(d, p); };
     predicted_ = {};
@@ -354,10 +361,10 @@ class PenaltyTangentRun final : public TangentRun {
   }
   DerivativeColumns& begin_columns(const std::vector<VariedKey>& keys, double length,
                                    double duration) override {
-    const auto n = static_cast<long>(system_.n());
-    const State now{t(), {x().begin(), x().begin() + n}, {x().begin() + n, x().begin() + 2 * n}, {}};
-    variation_ = std::make_unique<PenaltyVariation>(parts_, scene_, now, keys, std::vector<Column>(), length,
-                                                    duration);
+    const auto start = now();
+    variation_ = std::make_unique<PenaltyVariation>(parts_, scene_, start, keys, std::vector<Column>(),
+                                                    length, duration);
+    variation_->trace(equations_, start);
     variation_->forget_onsets();
     return *variation_;
   }

@@ -120,12 +120,14 @@ class TangentRun {
   virtual const Vector& x() const = 0;
   virtual Layout layout() const = 0;
   virtual long own_evaluations() const = 0;
+  State now() const;
 
   const Scene& scene_;
   const System& system_;
   OwnCoordinates own_;
   Predicted predicted_;
   std::string failure_;
+  TracedEquations equations_;
   long onset_count_ = 0;
   DerivativeColumns* columns_ = nullptr;  // of the subclass, since vary()
 

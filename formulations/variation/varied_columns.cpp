@@ -47,14 +47,6 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
 }
 
 template <class Dynamics>
-std::unique_ptr<SystemTangent> VariedColumns<Dynamics>::traced(const State& near,
-                                                               SystemTangent::Use use) const {
-  std::vector<SystemTangent::Parameter> parameters;
-  for (const auto& key : keys_) parameters.push_back({key.systems, key.spacing});
-  return SystemTangent::trace(probe_->system, near, parameters, use);
-}
-
-template <class Dynamics>
 void VariedColumns<Dynamics>::take_knot(const System& system, double t_old, double knot) {
   probe_->knot = knot;
   each_displaced([&](Dynamics& f) { f.knot = knot; });

@@ -35,11 +35,11 @@
 #include <vector>
 
 #include "dynamics/system.hpp"
-#include "dynamics/system_tangent.hpp"
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "formulations/variation/differences.hpp"
 #include "formulations/variation/sensitivity.hpp"
+#include "formulations/variation/traced_equations.hpp"
 #include "formulations/variation/varied_peaks.hpp"
 
 namespace freeplay {
@@ -200,9 +200,6 @@ class VariedColumns : public DerivativeColumns {
       return list;
     };
   }
-  /// The traced equations of the nominal system near a state, with all keys as parameters; null if there are
-  /// none.
-  std::unique_ptr<SystemTangent> traced(const State& near, SystemTangent::Use use) const;
   /// Whether steps need not be followed.
   bool idle() const {
     return integrands_.empty() && !peaks_.any() &&

@@ -38,6 +38,13 @@ inline RowFacts row_facts(const SensitivityRun& run) {
 inline const MoreauStepper& moreau_of(const MoreauStepper& stepper) { return stepper; }
 inline const MoreauStepper& moreau_of(const AdaptiveMoreau& stepper) { return stepper.moreau(); }
 
+/// Lets these objects of the run use traced equations.
+void use_traced(const SensitivityRun& run, auto&... variations) {
+  if (!run.traced) return;
+  TracedEquations own;
+  (variations.trace(run.equations ? *run.equations : own, run.start), ...);
+}
+
 template <class Scheme>
 class VariedRun {
  public:
@@ -95,6 +102,7 @@ class VariedSteps {
   /// Runs to the end. Returns the reason of an earlier stop, else nothing.
   std::string go() {
     std::string stopped;
+    use_traced(run_, variation_);
     variation_.start(run_.start);
     while (stopped.empty() && stepper_.t() < run_.end) {
       if (run_.stop()) throw Interrupted();

@@ -293,8 +293,6 @@ std::optional<EndState> BranchSolver::beside(const BranchMotion& m, const Vector
                               .system = there->system,
                               .start = s,
                               .end = s.t + there->map.length(),
-                              .keys = {},
-                              .quantities = {},
                               .stop = setup_.stop,
                               .longest_step = there->map.length() / fewest_map_steps,
                               .contacts = s.contacts},

@@ -121,8 +121,6 @@ double step_error(const Scene& scene, const System& system, const ReturnMap& map
                                     .system = system,
                                     .start = p.state,
                                     .end = p.state.t + map.length(),
-                                    .keys = {},
-                                    .quantities = {},
                                     .stop = stop},
                                    Family::nonsmooth);
     if (!end.stopped.empty()) continue;
@@ -155,8 +153,6 @@ std::string settle(Simulation& simulation, const System& system, Family family, 
                                         .system = system,
                                         .start = simulation.state(),
                                         .end = end,
-                                        .keys = {},
-                                        .quantities = {},
                                         .stop = request.stop},
                                        family);
     section = {settled.state, settled.contacts};
@@ -180,8 +176,6 @@ std::optional<SectionState> later_section(const Scene& scene, const System& syst
                           .system = system,
                           .start = start,
                           .end = end,
-                          .keys = {},
-                          .quantities = {},
                           .stop = stop,
                           .contacts = start.contacts},
                          family);

@@ -33,9 +33,10 @@ class PeriodsOfMotion {
 
   /// The motion from a state on; false if it stops or has no derivative.
   bool follow(const SectionState& start, int periods) {
+    const ReturnMap map(scene_, system_, period_, false, stop_);
     SectionState s = start;
     for (int k = 0; k < periods; ++k) {
-      auto& one = all_.emplace_back(Period{ReturnMap(scene_, system_, period_, false, stop_), {}});
+      auto& one = all_.emplace_back(Period{map, {}});
       if (!evaluate(one, s)) return false;
       s = one.point.end.state;
     }

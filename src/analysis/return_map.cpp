@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "analysis/varied_key.hpp"
 #include "dynamics/assembly/projection.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/variation/differences.hpp"
@@ -79,15 +78,7 @@ std::string ReturnMap::take_retained(const SectionState& s) {
   constants_.clear();
   retained_.clear();
   if (std::ranges::none_of(s.contacts, &PenaltyMode::closed)) return {};
-  const auto end = run_end_state({.scene = scene_,
-                                  .system = system_,
-                                  .start = s,
-                                  .end = s.t + length_,
-                                  .keys = {},
-                                  .quantities = {},
-                                  .stop = stop_,
-                                  .contacts = s.contacts},
-                                 family_);
+  const auto end = run_for(s, length_, 0, {});
   if (!end.stopped.empty()) return end.stopped;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     if (!s.contacts[k].closed || !end.retains[k]) continue;
@@ -210,6 +201,21 @@ VariedKey ReturnMap::direction(const SectionState& s, Eigen::Index c) const {
   return {.name = "the state of the section", .start = d.slope, .refused = {}};
 }
 
+/// `steps`: least number of steps in a length of the map; 0: the scheme chooses them.
+EndState ReturnMap::run_for(const SectionState& s, double length, int steps,
+                            std::vector<VariedKey> keys) const {
+  return run_end_state({.scene = scene_,
+                        .system = system_,
+                        .start = s,
+                        .end = s.t + length,
+                        .keys = std::move(keys),
+                        .stop = stop_,
+                        .longest_step = steps > 0 ? length_ / steps : INFINITY,
+                        .equations = &kept_->equations,
+                        .contacts = s.contacts},
+                       family_);
+}
+
 ReturnPoint ReturnMap::run(const SectionState& s, double length, int steps, const MapKey* key,
                            bool to_return) const {
   std::vector<VariedKey> keys;
@@ -218,7 +224,6 @@ ReturnPoint ReturnMap::run(const SectionState& s, double length, int steps, cons
     keys.push_back({.name = "the period", .start = std::vector<double>(list_size()), .refused = {}});
     keys.back().end_rate = length;
   }
-  DisplacedScenes displaced;
   if (key) {
     const VariedStart from{.start = s,
                            .end = s.t + length,
@@ -234,21 +239,12 @@ ReturnPoint ReturnMap::run(const SectionState& s, double length, int steps, cons
                                  return s.t +
                                         (key->length && to_return ? key->length(scene, system) : length);
                                }};
-    keys.push_back(vary(scene_, system_, from, key->name, family_, displaced));
+    keys.push_back(vary(scene_, system_, from, key->name, family_, kept_->displaced));
   }
   ReturnPoint p;
   p.state = s;
   for (const auto& k : keys) p.starts.push_back(k.start);
-  p.end = run_end_state({.scene = scene_,
-                         .system = system_,
-                         .start = s,
-                         .end = s.t + length,
-                         .keys = std::move(keys),
-                         .quantities = {},
-                         .stop = stop_,
-                         .longest_step = length_ / steps,
-                         .contacts = s.contacts},
-                        family_);
+  p.end = run_for(s, length, steps, std::move(keys));
   p.failure = p.end.stopped.empty() ? p.end.refused : p.end.stopped;
   return p;
 }
@@ -290,16 +286,7 @@ double ReturnMap::rounding(const ReturnPoint& p) const {
 ReturnPoint ReturnMap::value(const SectionState& s, int steps) const {
   ReturnPoint p;
   p.state = s;
-  p.end = run_end_state({.scene = scene_,
-                         .system = system_,
-                         .start = s,
-                         .end = s.t + length_,
-                         .keys = {},
-                         .quantities = {},
-                         .stop = stop_,
-                         .longest_step = length_ / steps,
-                         .contacts = s.contacts},
-                        family_);
+  p.end = run_for(s, length_, steps, {});
   p.failure = p.end.stopped;
   if (p.failure.empty()) p.failure = compare_contacts(p);
   if (p.failure.empty()) compare_states(p);

@@ -21,13 +21,16 @@
 
 #include <complex>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "analysis/varied_key.hpp"
 #include "formulations/penalty/penalty_mode.hpp"
 #include "formulations/variation/end_state.hpp"
 #include "formulations/variation/sensitivity.hpp"
+#include "formulations/variation/traced_equations.hpp"
 #include "numerics/dense.hpp"
 #include "values/family.hpp"
 #include "values/state.hpp"
@@ -145,6 +148,7 @@ class ReturnMap {
   ReturnPoint run(const SectionState& s, double length, int steps, const MapKey* key, bool to_return) const;
   double time_unit() const;
   VariedKey direction(const SectionState& s, Eigen::Index c) const;
+  EndState run_for(const SectionState& s, double length, int steps, std::vector<VariedKey> keys) const;
   std::string take_retained(const SectionState& s);
   std::size_t list_size() const;
   std::size_t place_of_retained(std::size_t i) const;
@@ -152,8 +156,15 @@ class ReturnMap {
   void compare_states(ReturnPoint& p) const;
   void compare(ReturnPoint& p, bool with_key) const;
 
+  /// Kept for all runs of the system, also of copies of this map.
+  struct Kept {
+    DisplacedScenes displaced;
+    TracedEquations equations;
+  };
+
   const Scene& scene_;
   const System& system_;
+  std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();
   StopToken stop_;
   bool autonomous_;
   double length_;  // s, of all periods

@@ -197,13 +197,11 @@ VariedScene derivatives_of(const Scene& scene, const SensitivityRequest& request
                      .system = system,
                      .start = simulation.state(),
                      .end = given.run.duration,
-                     .keys = {},
-                     .quantities = {},
                      .stop = request.stop,
                      .most_steps = most_steps,
                      .traced = compile_choice(request.compile) != Compile::never};
   for (const auto& name : request.of) run.quantities.push_back(quantity_of(given, system, layout, name));
-  std::vector<DisplacedScenes> displaced(request.to.size());
+  DisplacedScenes displaced;
   const VariedStart from{.start = run.start,
                          .end = run.end,
                          .of =
@@ -217,7 +215,7 @@ VariedScene derivatives_of(const Scene& scene, const SensitivityRequest& request
   for (std::size_t i = 0; i < request.to.size(); ++i) {
     run.keys.push_back(request.to[i].starts_with("initial.")
                            ? initial_value(layout, run.start, request.to[i])
-                           : vary(given, system, from, request.to[i], family, displaced[i], share));
+                           : vary(given, system, from, request.to[i], family, displaced, share));
     all.spacings.push_back(run.keys.back().systems[0] ? run.keys.back().impact_spacing : 0);
   }
   const auto varied = add_instruments(run);

@@ -36,12 +36,6 @@ void require_property(const std::string& name, Family family) {
     throw ModelError(name, "is a numerical setting, not a property of the mechanism");
 }
 
-std::unique_ptr<DisplacedScene> displace(const Parameter& key, double value) {
-  auto d = std::make_unique<DisplacedScene>(DisplacedScene{key.at(value), nullptr});
-  d->system = std::make_unique<System>(d->scene.mechanism);
-  return d;
-}
-
 /// Greatest displacement of a journal between two systems at one configuration, over its clearance.
 double turn_between(const System& a, const System& b, const State& at) {
   auto here = a.make_evaluation(), there = b.make_evaluation();
@@ -101,7 +95,7 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
   const double scale = value != 0 ? std::abs(value) : key.greatest() > 0 ? key.greatest() : 1;
   v.spacing = share * relative_spacing * scale;
   const auto same = [&](const auto& d) {
-    const auto& s = *d->system;
+    const auto& s = d->system;
     return s.n() == system.n() && s.rows() == system.rows() && s.contacts() == system.contacts() &&
            s.states() == system.states() && s.frictions() == system.frictions();
   };
@@ -112,9 +106,9 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
       return is_rounding(wide,
                          difference(ratio * v.spacing, all_of(from.start),
                                     [&](std::size_t i) {
-                                      const auto d =
-                                          displace(key, value + difference_places[i] * ratio * v.spacing);
-                                      return from.of(d->scene, *d->system);
+                                      const auto& d =
+                                          displaced.at(key, value + difference_places[i] * ratio * v.spacing);
+                                      return from.of(d.scene, d.system);
                                     }),
                          ratio);
     } catch (const ModelError&) {
@@ -125,31 +119,32 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
   // nearly linear. The systems are compared at one configuration, where a displaced journal turns its
   // contact.
   std::string reason;
+  std::vector<const DisplacedScene*> list;
   std::vector<double> start, end;  // derivatives
   bool is_smooth = false;
   for (int tries = 0; tries < 8; ++tries) {
     reason.clear();
-    displaced.clear();
+    list.clear();
     std::vector<std::vector<double>> starts;
     try {
       for (const int place : difference_places) {
-        const auto& d = *displaced.emplace_back(displace(key, value + place * v.spacing));
-        if (start.empty()) starts.push_back(from.of(d.scene, *d.system));
+        const auto& d = *list.emplace_back(&displaced.at(key, value + place * v.spacing));
+        if (start.empty()) starts.push_back(from.of(d.scene, d.system));
       }
     } catch (const ModelError& e) {
       reason = fmt::format("values beside {} are not possible: {}", value, e.message);
       v.spacing *= 0.1;
       continue;
     }
-    if (!std::ranges::all_of(displaced, same)) {
+    if (!std::ranges::all_of(list, same)) {
       reason = "other values change the mechanism's parts";
       break;
     }
-    const double turn = turn_between(system, *displaced[3]->system, from.start);
+    const double turn = turn_between(system, list[3]->system, from.start);
     if (start.empty()) {
       const auto begin = difference(v.spacing, all_of(from.start), [&](std::size_t i) { return starts[i]; });
       const auto ends = difference(v.spacing, {from.end}, [&](std::size_t i) {
-        return std::vector{from.end_of(displaced[i]->scene, *displaced[i]->system)};
+        return std::vector{from.end_of(list[i]->scene, list[i]->system)};
       });
       is_smooth = ends.smooth && (begin.smooth || only_rounds(begin));
       if (turn <= share * most_turn ||
@@ -166,18 +161,15 @@ VariedKey vary(const Scene& scene, const System& system, const VariedStart& from
     return v;
   }
   if (!is_smooth || start.empty()) v.refused = "the start changes with a kink or a jump at this value";
-  const double shift = shift_between(system, *displaced[3]->system, from.start, from.end);
+  const double shift = shift_between(system, list[3]->system, from.start, from.end);
   v.impact_spacing = shift <= share * most_turn ? v.spacing : v.spacing * share * most_turn / shift;
   v.start = std::move(start);
   v.end_rate = end.empty() ? 0 : end[0];
   for (std::size_t i = 0; i < v.systems.size(); ++i) {
-    v.systems[i] = displaced[i]->system.get();
-    v.scenes[i] = &displaced[i]->scene;
+    v.systems[i] = &list[i]->system;
+    v.scenes[i] = &list[i]->scene;
   }
-  v.system_at = [key, &displaced](double at) {
-    displaced.push_back(displace(key, at));
-    return displaced.back()->system.get();
-  };
+  v.system_at = [key, &displaced](double at) { return &displaced.at(key, at).system; };
   return v;
 }
 

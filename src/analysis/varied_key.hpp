@@ -3,8 +3,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -17,11 +19,22 @@ namespace freeplay {
 
 /// A scene with another value of a key, with its system.
 struct DisplacedScene {
+  explicit DisplacedScene(Scene s) : scene(std::move(s)), system(scene.mechanism) {}
   Scene scene;
-  std::unique_ptr<System> system;
+  System system;
 };
-/// The displaced scenes of a key; the first four are those of VariedKey::systems.
-using DisplacedScenes = std::vector<std::unique_ptr<DisplacedScene>>;
+/// The displaced scenes of keys, each built once.
+class DisplacedScenes {
+ public:
+  const DisplacedScene& at(const Parameter& key, double value) {
+    auto& one = list_[{key.path(), value}];
+    if (!one) one = std::make_unique<DisplacedScene>(key.at(value));
+    return *one;
+  }
+
+ private:
+  std::map<std::pair<std::string, double>, std::unique_ptr<DisplacedScene>> list_;
+};
 
 /// Start and end of a run as functions of a key.
 struct VariedStart {
@@ -46,7 +59,8 @@ inline std::vector<double> all_of(const State& s) {
 Parameter property(const Scene& scene, const std::string& name, Family family);
 
 /// Builds the displaced scenes of a key. A key at the end of its range, or one whose start cannot be
-/// assembled beside it, has no derivative. `share`: of the spacing of the displaced values.
+/// assembled beside it, has no derivative. The key refers to `displaced`. `share`: of the spacing of the
+/// displaced values.
 VariedKey vary(const Scene& scene, const System& system, const VariedStart& from, const std::string& name,
                Family family, DisplacedScenes& displaced, double share = 1);
 
