@@ -31,11 +31,6 @@ void AutomaticStepper::vary(const std::vector<VariedKey>& keys, std::vector<Colu
                                              events_.position_error());
 }
 
-void AutomaticStepper::refuse_derivatives(const std::string& reason) {
-  events_.refuse_derivatives(reason);
-  stepped_->refuse(reason);
-}
-
 void AutomaticStepper::watch_forces(bool on) {
   watching_ = on;
   events_.watch_forces(on);

@@ -37,7 +37,6 @@ class AutomaticStepper {
   ///@{
   void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
             double duration);
-  void refuse_derivatives(const std::string& reason);
   /// The schemes with their derivatives; the second one where time_steps() is true.
   EventDriven& events() { return events_; }
   StepVariation& stepped() { return *stepped_; }

@@ -66,7 +66,6 @@ class EventDriven {
     variation_ = std::make_unique<Variation>(dynamics_, keys, std::move(integrands), length, duration);
   }
   double position_error() const { return impacts_.position_error(); }
-  void refuse_derivatives(const std::string& reason) { variation_->refuse(reason); }
   Variation& variation() { return *variation_; }
   const Variation& variation() const { return *variation_; }
   const EventDynamics& dynamics() const { return dynamics_; }

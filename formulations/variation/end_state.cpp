@@ -6,20 +6,8 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <string>
-#include <utility>
 
-#include "dynamics/system.hpp"
-#include "formulations/automatic/automatic.hpp"
-#include "formulations/event_driven/event_driven.hpp"
-#include "formulations/integrators/tolerance.hpp"
-#include "formulations/nonsmooth.hpp"
-#include "formulations/penalty/dynamics.hpp"
-#include "formulations/penalty/penalty.hpp"
-#include "formulations/penalty/penalty_variation.hpp"
-#include "formulations/variation/varied_run.hpp"
-#include "mechanism/scene.hpp"
-#include "values/family.hpp"
+#include "formulations/variation/variational_run.hpp"
 
 namespace freeplay {
 namespace {
@@ -64,190 +52,144 @@ void LeastForces::add_step(double t0, double h, const std::function<bool(int)>& 
   }
 }
 
-// The state at the end of a run and its derivatives, by each scheme.
-
 namespace {
 
-/// Fills an EndState from the integrated vector x, its columns and its onsets at the end of a run.
-template <class Variation, class Present>
-void take_end(const SensitivityRun& run, Variation& variation, const Present& d, const std::vector<double>& x,
-              double t, EndState& end) {
+/// Fills an EndState with the vector and the columns of a scheme at the end of a run.
+template <class Scheme>
+void take_end(const SensitivityRun& run, Scheme& scheme, EndState& end) {
+  auto& variation = scheme.variation();
+  const auto& d = scheme.mode();
+  const auto& x = scheme.x();
   const auto& system = run.system;
-  const auto n = static_cast<std::size_t>(system.n()), states = static_cast<std::size_t>(system.states());
-  const auto offset = static_cast<std::size_t>(d.state_offset());
+  const auto n = system.n(), states = system.states();
+  // q, v and z, and what contacts of a penalty run retain, which is at the end of the vector.
   const auto parts = [&](const std::vector<double>& all) {
-    std::vector<double> list(all.begin(), all.begin() + static_cast<long>(2 * n));
-    list.insert(list.end(), all.begin() + static_cast<long>(offset),
-                all.begin() + static_cast<long>(offset + states));
+    std::vector<double> list(all.begin(), all.begin() + 2 * n);
+    const auto flows = all.begin() + d.state_offset();
+    list.insert(list.end(), flows, flows + states);
+    list.insert(list.end(), all.begin() + d.size(), all.end());
     return list;
   };
   const auto values = parts(x);
-  end.state = {t, {}, {}, {}};
-  end.state.q.assign(values.begin(), values.begin() + static_cast<long>(n));
-  end.state.v.assign(values.begin() + static_cast<long>(n), values.begin() + static_cast<long>(2 * n));
-  end.state.z.assign(values.begin() + static_cast<long>(2 * n), values.end());
+  const auto q = values.begin(), v = q + n, z = v + n;
+  end.state = {scheme.t(), {q, v}, {v, z}, {z, z + states}};
   auto norm = motion_norm(system, make_scales(run.scene.mechanism, system, run.start), 1);
-  add_states(norm, system, static_cast<int>(2 * n));
-  for (std::size_t i = 0; i < values.size(); ++i)
+  add_states(norm, system, 2 * n);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(2 * n + states); ++i)
     end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
   end.potential = system.potential(x.data());
   end.kinetic = system.kinetic(x.data() + n);
   for (std::size_t c = 0; c < run.keys.size(); ++c)
     if (end.refused.empty()) end.refused = variation.reason(c);
   if (end.refused.empty())
-    for (const auto& column : variation.end_columns(d, x, t)) end.columns.push_back(parts(column));
-}
-
-void add_onsets(const std::vector<VariedOnset>& onsets, EndState& end) {
-  for (const auto& onset : onsets)
-    end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
+    for (const auto& column : variation.end_columns(d, x, scheme.t())) end.columns.push_back(parts(column));
+  for (auto* part : scheme.variations())
+    for (const auto& onset : part->onsets())
+      end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
   std::ranges::stable_sort(end.onsets, {}, &EndState::Onset::t);
 }
 
-EndState by_events(const SensitivityRun& run) {
-  VariedRun motion(
-      run, {},
-      make_event_driven(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
-  auto& scheme = motion.scheme();
-  use_traced(run, scheme.variation());
-  EndState end;
-  LeastForces forces(run.system.contacts());
-  const auto probe = scheme.dynamics().twin();
-  std::vector<double> slope(static_cast<std::size_t>(probe->size()));
-  end.stopped = motion.go([&] {
-    probe->take_mode(scheme.dynamics());
-    forces.add_step(
-        scheme.t_old(), scheme.t() - scheme.t_old(), [&](int k) { return probe->contacts[k].closed; },
-        [&](int k, double t) {
-          (*probe)(scheme.x_at(t), slope, t);
-          return probe->contacts[k].lambda_n;
-        });
-  });
-  end.lasting = forces.lasting();
-  take_end(run, scheme.variation(), scheme.dynamics(), scheme.x(), scheme.t(), end);
-  add_onsets(scheme.variation().onsets(), end);
-  end.fastest = motion.fastest();
-  return end;
-}
+/// What a scheme observes in each step beside the columns.
+template <class Scheme>
+struct StepObserver {
+  StepObserver(const SensitivityRun&, Scheme&) {}
+  void begin_step() {}
+  void end_step() {}
+  void finish(EndState&) {}
+};
 
-EndState by_automatic_scheme(const SensitivityRun& run) {
-  VariedRun motion(
-      run, {}, make_automatic(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
-  auto& scheme = motion.scheme();
-  use_traced(run, scheme.events().variation(), scheme.stepped());
-  EndState end;
-  end.stopped = motion.go([] {});
-  end.stepped = scheme.work().handovers > 0;
-  auto& events = scheme.events();
-  if (scheme.time_steps()) {
-    scheme.stepped().finish();
-    take_end(run, scheme.stepped(), scheme.stepped_mode(), scheme.stepped().x(), scheme.t(), end);
-  } else {
-    take_end(run, events.variation(), events.dynamics(), events.x(), scheme.t(), end);
-  }
-  add_onsets(events.variation().onsets(), end);
-  add_onsets(scheme.stepped().onsets(), end);
-  end.fastest = motion.fastest();
-  return end;
-}
-
-EndState by_time_stepping(const SensitivityRun& run) {
-  EndState end;
-  end.stepped = true;
-  with_varied_steps(run, {}, [&](auto& steps) {
-    end.stopped = steps.go();
-    auto& variation = steps.variation();
-    take_end(run, variation, steps.mode(), variation.x(), steps.stepper().t(), end);
-    add_onsets(variation.onsets(), end);
-  });
-  return end;
-}
-
-/// Normal forces of the last step of a penalty run, in the modes before it.
-class PressingForces {
+template <>
+class StepObserver<EventScheme> {
  public:
-  explicit PressingForces(const PenaltySteps& steps)
-      : steps_(steps), probe_(steps.dynamics().twin()), x_(steps.x().size()) {}
+  StepObserver(const SensitivityRun& run, EventScheme& scheme)
+      : scheme_(scheme),
+        probe_(scheme.mode().twin()),
+        slope_(scheme.x().size()),
+        least_(run.system.contacts()) {}
+  void begin_step() {}
+  void end_step() {
+    probe_->take_mode(scheme_.mode());
+    const auto& s = scheme_.stepper();
+    least_.add_step(
+        s.t_old(), s.t() - s.t_old(), [&](int k) { return probe_->contacts[k].closed; },
+        [&](int k, double t) {
+          (*probe_)(s.x_at(t), slope_, t);
+          return probe_->contacts[k].lambda_n;
+        });
+  }
+  void finish(EndState& end) { end.lasting = least_.lasting(); }
+
+ private:
+  EventScheme& scheme_;
+  std::unique_ptr<EventDynamics> probe_;
+  std::vector<double> slope_;
+  LeastForces least_;
+};
+
+/// Also which contacts change, and what they retain.
+template <>
+class StepObserver<PenaltyScheme> {
+ public:
+  StepObserver(const SensitivityRun& run, PenaltyScheme& scheme)
+      : scheme_(scheme),
+        settling_(!std::isfinite(run.longest_step)),
+        probe_(scheme.mode().twin()),
+        x_(scheme.steps().x().size()),
+        least_(run.system.contacts()),
+        renewed_(static_cast<std::size_t>(run.system.contacts())) {}
   void begin_step() {
-    for (std::size_t k = 0; k < probe_->contacts().size(); ++k)
-      probe_->contacts()[k].mode() = steps_.dynamics().contacts()[k].mode();
+    for (std::size_t k = 0; k < renewed_.size(); ++k)
+      probe_->contacts()[k].mode() = scheme_.mode().contacts()[k].mode();
   }
-  /// A contact that closes or opens at the end of the step is open within or after it.
-  bool closed(int k) const { return probe_->contacts()[k].closed && steps_.dynamics().contacts()[k].closed; }
-  double at(int k, double t) {
-    const int n = probe_->system().n();
-    steps_.interpolate(t, x_.data(), x_.data() + n);
-    const auto& row = probe_->contact_rows.at(k, x_, t);
-    return probe_->contacts()[k].normal_force(row.gap, row.normal.dot(x_.data() + n));
+  void end_step() {
+    const auto &was = probe_->contacts(), &now = scheme_.mode().contacts();
+    for (std::size_t k = 0; k < renewed_.size(); ++k)
+      if (was[k].closed != now[k].closed || was[k].in_impact != now[k].in_impact) renewed_[k] = true;
+    if (settling_) return;
+    const auto& steps = scheme_.steps();
+    // A contact that closes or opens at the end of the step is open within or after it.
+    least_.add_step(
+        steps.t_old(), steps.t() - steps.t_old(), [&](int k) { return was[k].closed && now[k].closed; },
+        [&](int k, double t) {
+          double* v = x_.data() + probe_->system().n();
+          steps.interpolate(t, x_.data(), v);
+          const auto& row = probe_->contact_rows.at(k, x_, t);
+          return was[k].normal_force(row.gap, row.normal.dot(v));
+        });
   }
-  /// Whether contact k began, ended, or had an impact at the end of the step.
-  bool changed(int k) const {
-    const auto &was = probe_->contacts()[k], &now = steps_.dynamics().contacts()[k];
-    return was.closed != now.closed || was.in_impact != now.in_impact;
+  void finish(EndState& end) {
+    end.lasting = least_.lasting();
+    end.renewed = renewed_;
+    for (const auto& c : scheme_.mode().contacts()) {
+      end.contacts.push_back(c.mode());
+      end.retains.push_back(c.law.chi > 0);
+      end.scales.insert(end.scales.end(), {scheme_.parts().speed_scale + c.v0, c.mass});
+    }
   }
 
  private:
-  const PenaltySteps& steps_;
-  std::unique_ptr<PenaltyDynamics> probe_;
+  PenaltyScheme& scheme_;
+  bool settling_;
+  std::unique_ptr<PenaltyDynamics> probe_;  // in the modes before the step
   std::vector<double> x_;
+  LeastForces least_;
+  std::vector<char> renewed_;
 };
-
-/// What contacts retain, and its derivatives, after q, v and z.
-void add_retained(const PenaltyParts& parts, PenaltyVariation& variation, EndState& end) {
-  const auto& d = parts.steps->dynamics();
-  for (const auto& c : d.contacts()) {
-    end.contacts.push_back(c.mode());
-    end.retains.push_back(c.law.chi > 0);
-    end.scales.insert(end.scales.end(), {parts.speed_scale + c.v0, c.mass});
-  }
-  const auto columns = variation.end_columns(d, variation.x(), parts.steps->t());
-  for (std::size_t c = 0; c < end.columns.size(); ++c)
-    end.columns[c].insert(end.columns[c].end(), columns[c].begin() + d.size(), columns[c].end());
-}
-
-EndState by_contact_forces(const SensitivityRun& run) {
-  const auto parts = make_penalty_parts(run.scene, run.system, run.start, run.contacts);
-  auto& steps = *parts.steps;
-  PenaltyVariation variation(parts, run.scene, run.start, run.keys, {}, least_curved_length(run.system),
-                             run.end - run.start.t);
-  use_traced(run, variation);
-  EndState end;
-  end.renewed.resize(static_cast<std::size_t>(run.system.contacts()));
-  LeastForces least(run.system.contacts());
-  PressingForces forces(steps);
-  while (steps.t() < run.end) {
-    if (run.stop()) throw Interrupted();
-    variation.begin_step();
-    forces.begin_step();
-    if (!steps.step(std::min(run.end, steps.t() + run.longest_step))) {
-      end.stopped = steps.failure();
-      variation.refuse(end.stopped);
-      break;
-    }
-    variation.end_step();
-    for (int k = 0; k < run.system.contacts(); ++k)
-      if (forces.changed(k)) end.renewed[static_cast<std::size_t>(k)] = true;
-    if (std::isfinite(run.longest_step))  // not while settling
-      least.add_step(
-          steps.t_old(), steps.t() - steps.t_old(), [&](int k) { return forces.closed(k); },
-          [&](int k, double t) { return forces.at(k, t); });
-  }
-  end.lasting = least.lasting();
-  take_end(run, variation, steps.dynamics(), variation.x(), steps.t(), end);
-  add_retained(parts, variation, end);
-  add_onsets(variation.onsets(), end);
-  return end;
-}
 
 }  // namespace
 
 EndState run_end_state(const SensitivityRun& run, Family family) {
-  if (family == Family::penalty) return by_contact_forces(run);
-  const auto& options = run.scene.nonsmooth;
-  const auto scheme = options.scheme_in_force();
-  if (scheme == Scheme::moreau_jean) return by_time_stepping(run);
-  // Impact laws that time stepping does not have stay event-driven.
-  return scheme == Scheme::automatic && options.chooses_steps() ? by_automatic_scheme(run) : by_events(run);
+  EndState end;
+  with_variational_run<true>(run, family, {}, [&]<class Scheme>(VariationalRun<Scheme>& motion) {
+    StepObserver<Scheme> observer(run, motion.scheme());
+    for (observer.begin_step(); motion.step(); observer.begin_step()) observer.end_step();
+    end.stopped = motion.stopped();
+    end.fastest = motion.fastest();
+    end.stepped = motion.scheme().steps_in_time();
+    take_end(run, motion.scheme(), end);
+    observer.finish(end);
+  });
+  return end;
 }
 
 }  // namespace freeplay

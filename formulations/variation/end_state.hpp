@@ -33,7 +33,7 @@ struct EndState {
   /// whether its force depends on them.
   std::vector<char> renewed, retains;
   double potential = 0, kinetic = 0;  ///< J
-  double fastest = 0;                 ///< greatest rate of a coordinate; not of fixed steps and penalty
+  double fastest = 0;                 ///< greatest rate of a coordinate
   bool stepped = false;               ///< whether time stepping made a step
   std::string stopped;                ///< reason of a stop before the end; empty if there is none
   std::string refused;                ///< reason why a derivative does not exist; empty if all do

@@ -2,17 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <utility>
+#include <type_traits>
 
-#include "formulations/event_driven/event_driven.hpp"
-#include "formulations/integrators/tolerance.hpp"
-#include "formulations/nonsmooth.hpp"
-#include "formulations/penalty/penalty_variation.hpp"
-#include "formulations/time_stepping/adaptive.hpp"
-#include "formulations/variation/step_variation.hpp"
-#include "formulations/variation/varied_run.hpp"
-#include "mechanism/scene.hpp"
-#include "values/family.hpp"
+#include "formulations/variation/variational_run.hpp"
 
 namespace freeplay {
 
@@ -113,33 +105,37 @@ void take_event(const VariedQuantity& q, const std::vector<VariedOnset>& onsets,
     if (!s.reasons[c].empty()) s.derivatives[c] = NAN;
 }
 
-/// Facts of a finished run.
-struct Finished {
-  const std::vector<double>& x;
-  double t;
-  const char* lasting;  ///< why a contact has no impulse
-};
+double energy_of(EnergyTerm term, EventDynamics& f, const std::vector<double>& x, double /*t*/) {
+  return summed_energy<EventDynamics>(term, f, x);
+}
+double energy_of(EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& x, double t) {
+  if (term != EnergyTerm::contact) return summed_energy<PenaltyDynamics>(term, f, x);
+  return x[static_cast<std::size_t>(f.integral_offset()) + PenaltyDynamics::contact_work] -
+         f.stored_energy(x, t);
+}
 
-/// Evaluates all quantities at the end of a run in the present mode `d`. `contact_loss` gives the energy
-/// lost in contacts if the integrated vector does not contain it.
-template <class Variation, class Present, class EnergyOf, class ContactLoss>
-void take_quantities(const SensitivityRun& run, Variation& variation, const Present& d, const Finished& end,
-                     EnergyOf energy_of, ContactLoss contact_loss, Sensitivities& all) {
+/// Evaluates all quantities at the end of a run.
+template <class Scheme>
+void take_quantities(const SensitivityRun& run, Scheme& scheme, Sensitivities& all) {
+  auto& variation = scheme.variation();
+  const auto& d = scheme.mode();
+  const auto& x_end = scheme.x();
+  const double t_end = scheme.t();
   const auto keys = run.keys.size();
   auto onsets = variation.onsets();
   std::ranges::stable_sort(onsets, {}, &VariedOnset::t);
   std::vector<std::string> ended;
   for (std::size_t c = 0; c < keys; ++c) ended.push_back(variation.reason(c));
-  using Function = typename Variation::Function;
-  using Vector = typename Variation::Vector;
+  using Function = typename std::remove_reference_t<decltype(variation)>::Function;
+  using Vector = std::vector<double>;
   const auto at_end = [&](const Function& value, Sensitivity& s) {
-    s.derivatives = variation.end_derivatives(d, end.x, end.t, value, s.value, s.reasons);
+    s.derivatives = variation.end_derivatives(d, x_end, t_end, value, s.value, s.reasons);
     for (const auto& onset : onsets)
       for (std::size_t c = 0; c < keys; ++c)
-        if (std::abs(onset.t - end.t) <= same_time * std::abs(end.t) && s.reasons[c].empty() &&
+        if (std::abs(onset.t - t_end) <= same_time * std::abs(t_end) && s.reasons[c].empty() &&
             !(std::abs(onset.dt[c] - run.keys[c].end_rate) <=
-              1e-12 * std::abs(end.t) / run.keys[c].scale())) {
-          s.reasons[c] = fmt::format("a contact closes at the end of the run, t = {:.9g} s", end.t);
+              1e-12 * std::abs(t_end) / run.keys[c].scale())) {
+          s.reasons[c] = fmt::format("a contact closes at the end of the run, t = {:.9g} s", t_end);
           s.derivatives[c] = NAN;
         }
   };
@@ -153,22 +149,30 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
       case Of::event_time:
       case Of::event_rate:
       case Of::event_impulse:
-        take_event(q, onsets, ended, end.lasting, s);
+        take_event(q, onsets, ended, Scheme::lasting, s);
         break;
       case Of::mean:
-        s.value = variation.mean(integral, run.start.t, end.t);
-        s.derivatives = variation.mean_derivatives(integral++, d, end.x, run.start.t, end.t);
+        s.value = variation.mean(integral, run.start.t, t_end);
+        s.derivatives = variation.mean_derivatives(integral++, d, x_end, run.start.t, t_end);
         s.reasons = ended;
         break;
       case Of::peak: {
-        const auto found = variation.peak(peak++, d, end.x, end.t);
+        const auto found = variation.peak(peak++, d, x_end, t_end);
         s.value = found.y;
         s.derivatives = found.slope;
         s.reasons = found.reasons;
         break;
       }
       case Of::energy:
-        if (q.term == EnergyTerm::contact && contact_loss(s, ended)) break;
+        // The vector of nonsmooth runs does not contain the energy lost in contacts.
+        if constexpr (requires { scheme.contact_loss(); })
+          if (q.term == EnergyTerm::contact) {
+            s.value = scheme.contact_loss();
+            s.reasons = ended;
+            for (std::size_t c = 0; c < keys; ++c)
+              if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
+            break;
+          }
         at_end([&](auto& f, const Vector& x, double t) { return Vector{energy_of(q.term, f, x, t)}; }, s);
         break;
       case Of::end:
@@ -176,97 +180,6 @@ void take_quantities(const SensitivityRun& run, Variation& variation, const Pres
         break;
     }
   }
-}
-
-std::vector<Column> integrands_of(const SensitivityRun& run) {
-  std::vector<Column> integrands;
-  for (const auto& q : run.quantities)
-    if (q.of == Of::mean) integrands.push_back(q.column);
-  return integrands;
-}
-
-std::vector<PeakChannel> channels_of(const SensitivityRun& run) {
-  std::vector<PeakChannel> channels;
-  for (const auto& q : run.quantities)
-    if (q.of == Of::peak) channels.push_back(q.channel);
-  return channels;
-}
-
-double cost_of(long evaluations, long rhs) {
-  return rhs > 0 ? static_cast<double>(evaluations) / static_cast<double>(rhs) : 0;
-}
-
-/// The same for the nonsmooth formulation, with the energy lost in contacts (J).
-void take_nonsmooth(const SensitivityRun& run, Variation& variation, const EventDynamics& d,
-                    const std::vector<double>& x, double t, double contact_loss, Sensitivities& all) {
-  take_quantities(
-      run, variation, d, {x, t, "the event begins a lasting contact, which has no impulse at its beginning"},
-      [](EnergyTerm term, EventDynamics& f, const std::vector<double>& y, double) {
-        return summed_energy<EventDynamics>(term, f, y);
-      },
-      [&](Sensitivity& s, const std::vector<std::string>& ended) {
-        s.value = contact_loss;
-        s.reasons = ended;
-        for (std::size_t c = 0; c < ended.size(); ++c)
-          if (ended[c].empty()) s.derivatives[c] = variation.contact_loss()[c];
-        return true;
-      },
-      all);
-}
-
-void run_event_driven(const SensitivityRun& run, Sensitivities& all) {
-  VariedRun motion(
-      run, integrands_of(run),
-      make_event_driven(run.scene, run.system, restitution_of(run.system), row_facts(run), run.start));
-  auto& scheme = motion.scheme();
-  auto& variation = scheme.variation();
-  use_traced(run, variation);
-  variation.watch_peaks(channels_of(run));
-  all.stopped = motion.go([] {});
-  const auto& d = scheme.dynamics();
-  take_nonsmooth(run, variation, d, scheme.x(), scheme.t(), d.contact_loss, all);
-  all.cost = cost_of(variation.evaluations(), scheme.work().rhs);
-}
-
-void run_time_stepping(const SensitivityRun& run, Sensitivities& all) {
-  with_varied_steps(run, integrands_of(run), [&](auto& steps) {
-    auto& variation = steps.variation();
-    variation.watch_peaks(channels_of(run));
-    all.stopped = steps.go();
-    const auto& stepper = steps.stepper();
-    take_nonsmooth(run, variation, steps.mode(), variation.x(), stepper.t(), stepper.integrals().contact,
-                   all);
-    all.cost = cost_of(variation.evaluations(), stepper.work().rhs);
-  });
-}
-
-void run_penalty(const SensitivityRun& run, Sensitivities& all) {
-  const auto parts = make_penalty_parts(run.scene, run.system, run.start);
-  auto& steps = *parts.steps;
-  PenaltyVariation variation(parts, run.scene, run.start, run.keys, integrands_of(run),
-                             least_curved_length(run.system), run.end - run.start.t);
-  use_traced(run, variation);
-  variation.watch_peaks(channels_of(run));
-  while (steps.t() < run.end) {
-    if (run.stop()) throw Interrupted();
-    variation.begin_step();
-    if (!steps.step(run.end)) {
-      all.stopped = steps.failure();
-      variation.refuse(all.stopped);
-      break;
-    }
-    variation.end_step();
-  }
-  const auto x = variation.x();
-  take_quantities(
-      run, variation, steps.dynamics(), {x, steps.t(), "the contact lasts to the end of the run"},
-      [](EnergyTerm term, ExtendedPenalty& f, const std::vector<double>& y, double t) {
-        if (term != EnergyTerm::contact) return summed_energy<PenaltyDynamics>(term, f, y);
-        return y[static_cast<std::size_t>(f.integral_offset()) + PenaltyDynamics::contact_work] -
-               f.stored_energy(y, t);
-      },
-      [](Sensitivity&, const std::vector<std::string>&) { return false; }, all);
-  all.cost = cost_of(variation.evaluations(), steps.dynamics().work.rhs);
 }
 
 }  // namespace
@@ -277,12 +190,20 @@ Sensitivities run_sensitivities(const SensitivityRun& run, Family family) {
     all.keys.push_back(key.name);
     all.key_values.push_back(key.value);
   }
-  if (family == Family::penalty)
-    run_penalty(run, all);
-  else if (run.scene.nonsmooth.scheme_in_force() == Scheme::moreau_jean)
-    run_time_stepping(run, all);
-  else
-    run_event_driven(run, all);
+  std::vector<Column> integrands;
+  std::vector<PeakChannel> channels;
+  for (const auto& q : run.quantities) {
+    if (q.of == Of::mean) integrands.push_back(q.column);
+    if (q.of == Of::peak) channels.push_back(q.channel);
+  }
+  with_variational_run<false>(run, family, integrands, [&](auto& motion) {
+    motion.variation().watch_peaks(channels);
+    while (motion.step()) {
+    }
+    all.stopped = motion.stopped();
+    take_quantities(run, motion.scheme(), all);
+    all.cost = motion.cost();
+  });
   return all;
 }
 

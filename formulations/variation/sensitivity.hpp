@@ -107,8 +107,7 @@ struct SensitivityRun {
   StopToken stop = {};
   /// s. The method chooses steps for the motion alone; derivatives may vary faster, as about a rest.
   double longest_step = INFINITY;
-  /// Steps after which an event-driven run is stopped.
-  double most_steps = INFINITY;
+  double most_steps = INFINITY;  ///< after which a run is stopped
   /// Whether the variational equations are evaluated by traced equations where that is possible.
   bool traced = true;
   /// Those of earlier runs with the same keys, for further ones; null: none.
@@ -116,6 +115,8 @@ struct SensitivityRun {
   /// Penalty runs: the modes of all contacts with which an earlier run ended that this one continues; empty:
   /// contacts that are closed at the start begin there.
   std::vector<PenaltyMode> contacts = {};
+  std::vector<double> restitution =
+      {};  ///< of each contact; empty: those of the surfaces. Not of penalty runs
 };
 
 /// Runs the scene by the event-driven scheme, by time stepping or by the penalty formulation,

@@ -40,16 +40,13 @@ Growth growth_of_impact_errors(const Scene& scene, const GrowthRequest& request)
     const auto& error = request.errors[k][std::min(impacts[k]++, request.errors[k].size() - 1)];
     return {error.delay, error.excess};
   };
-  const auto tangents = make_tangent_run({.scene = given,
-                                          .system = system,
-                                          .start = simulation.state(),
-                                          .end = request.end,
-                                          .restitution = request.restitution,
-                                          .stop = request.stop,
-                                          .predict = false,
-                                          .impact_error = error_of},
-                                         Family::nonsmooth);
-  auto& run = *tangents;
+  TangentRun run({.scene = given,
+                  .system = system,
+                  .start = simulation.state(),
+                  .end = request.end,
+                  .stop = request.stop,
+                  .restitution = request.restitution},
+                 Family::nonsmooth, {.predict = false, .impact_error = error_of});
   run.vary({std::vector<double>(static_cast<std::size_t>(2 * system.n() + system.states()))});
   Growth found;
   std::vector<double> last(static_cast<std::size_t>(system.contacts()), simulation.t());

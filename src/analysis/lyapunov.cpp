@@ -86,8 +86,9 @@ class Spectrum {
   Sums sums() const {
     auto s = sums_;
     s.t = run_.t();
-    s.flow = run_.predicted().flow;
-    s.impacts = run_.predicted().impacts;
+    const auto predicted = run_.predicted();
+    s.flow = predicted.flow;
+    s.impacts = predicted.impacts;
     s.onsets = run_.onsets();
     return s;
   }
@@ -302,15 +303,10 @@ Lyapunov lyapunov(const Scene& scene, const LyapunovRequest& request) {
   Lyapunov found;
   found.transient = request.transient.value_or(std::max(given.run.discard, 0.1 * end));
   found.period = excitation_of(given.mechanism, system).period;
-  const TangentRun::Plan plan{.scene = given,
-                              .system = system,
-                              .start = simulation.state(),
-                              .end = end,
-                              .restitution = {},
-                              .stop = request.stop,
-                              .predict = request.exponents == 0};
-  const auto run = make_tangent_run(plan, family_of(request.formulation));
-  find_exponents(*run, request, end, found);
+  TangentRun run(
+      {.scene = given, .system = system, .start = simulation.state(), .end = end, .stop = request.stop},
+      family_of(request.formulation), {.predict = request.exponents == 0});
+  find_exponents(run, request, end, found);
   return found;
 }
 

@@ -117,12 +117,9 @@ double step_error(const Scene& scene, const System& system, const ReturnMap& map
       *finer.nonsmooth.step *= share;
     else
       finer.nonsmooth.step_tolerance *= share * share;
-    const auto end = run_end_state({.scene = finer,
-                                    .system = system,
-                                    .start = p.state,
-                                    .end = p.state.t + map.length(),
-                                    .stop = stop},
-                                   Family::nonsmooth);
+    const auto end = run_end_state(
+        {.scene = finer, .system = system, .start = p.state, .end = p.state.t + map.length(), .stop = stop},
+        Family::nonsmooth);
     if (!end.stopped.empty()) continue;
     const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b, std::size_t from) {
       for (std::size_t i = 0; i < a.size(); ++i)

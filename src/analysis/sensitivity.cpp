@@ -275,12 +275,13 @@ class Direction {
     plain.to.clear();
     plain.errors = false;
     const auto family = family_of(request.formulation);
+    const double most = family == Family::penalty ? INFINITY : most_steps;
     for (const double place : {-1.0, -0.5, 0.5, 1.0}) {
       Scene other = scene;
       for (std::size_t i = 0; i < steps_.size(); ++i)
         if (steps_[i] != 0)
           other = property(other, found.keys[i], family).at(found.key_values[i] + place * steps_[i]);
-      values_.push_back(derivatives_of(other, plain, 1, most_steps).found);
+      values_.push_back(derivatives_of(other, plain, 1, most).found);
     }
   }
   /// The difference between the derivative of a quantity along the direction and its differences, and the
