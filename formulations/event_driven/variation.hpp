@@ -109,11 +109,9 @@ class Variation : public VariedColumns<EventDynamics> {
     VariedColumns::take_mode(dynamics);
     mode_known_ = true;
   }
-  Vector event_times(const Passed& p, const ModeEvent& event, const Vector& f, double speed);
-  void jump(const Passed& p, const std::vector<int>& in_impact, const Vector& x, const Side& before,
-            const Side& after, const Vector& dt, double speed);
-  void pass_impacts(const EventDynamics& d, const Passed& p, const std::vector<int>& onsets,
-                    const Side& before, const Side& after);
+  void set_times(EventMap& e, const ModeEvent& event);
+  void jump(const EventMap& e, const std::vector<int>& in_impact, const std::vector<int>& ended);
+  void pass_impacts(const EventDynamics& d, const Passed& p, EventMap e, const std::vector<int>& onsets);
   void keep_start(const EventDynamics& d, const Passed& p);
   bool coupled(const Vector& x, double t, const std::vector<int>& ended, const std::vector<int>& onsets,
                const std::vector<int>& closed);

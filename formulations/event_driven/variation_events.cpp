@@ -81,11 +81,15 @@ void Variation::begin_event(const EventDynamics& d) { take_mode(d); }
 void Variation::pass(const EventDynamics& d, const Passed& p) {
   if (on_event) on_event(d, p);
   mode_known_ = false;
-  auto before = side(*probe_, p.before, p.t);
   after_->take_mode(d);
   after_->knot = d.knot;
-  auto after = side(*after_, p.after, p.t);
-  if (p.event.is_limit()) take_sides_of_limit(*after_, p.event.index, p.before, p.after, p.t, before, after);
+  EventMap e{p.before,
+             p.t,
+             side(*probe_, p.before, p.t),
+             side(*after_, p.after, p.t),
+             std::max(d.greatest(p.before.data() + d.system.n()), d.speed_scale()),
+             Vector(keys_.size())};
+  if (p.event.is_limit()) take_sides_of_limit(e, *after_, p.event.index, p.after);
   std::vector<int> onsets;
   for (const int k : p.in_impact) {
     if (probe_->contacts[k].closed) continue;
@@ -100,7 +104,7 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   }
   using Kind = ModeEvent::Kind;
   if (!onsets.empty()) {
-    pass_impacts(d, p, onsets, before, after);
+    pass_impacts(d, p, std::move(e), onsets);
     // Contacts that others keep closed begin without an event of their own, whose time would have a
     // derivative.
     bool closes = false;
@@ -114,73 +118,52 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   if (p.event.kind == Kind::gap)
     refuse(fmt::format("t = {:.9g} s: contact {} closes without approach (grazing)", p.t,
                        d.system.contact_facts(p.event.index).name));
-  const double speed = std::max(d.greatest(p.before.data() + d.system.n()), d.speed_scale());
-  Vector dt(keys_.size());
-  if (p.event.kind != Kind::none && jumps(before, after)) {
-    dt = event_times(p, p.event, before.f, speed);
-  }
-  jump(p, p.in_impact, p.before, before, after, dt, speed);
+  if (p.event.kind != Kind::none && jumps(e.before, e.after)) set_times(e, p.event);
+  jump(e, p.in_impact, p.ended);
   if (p.event.kind == Kind::none) keep_start(d, p);
 }
 
 /// dt of each column for a root of the event's function.
-Variation::Vector Variation::event_times(const Passed& p, const ModeEvent& event, const Vector& f,
-                                         double speed) {
+void Variation::set_times(EventMap& e, const ModeEvent& event) {
   const Function value = [&](EventDynamics& g, const Vector& x, double t) {
     return Vector{event_value(*probe_, g, event, x, t)};
   };
-  const auto centre = value(*probe_, p.before, p.t);
-  const bool gap = event.kind == ModeEvent::Kind::gap;
-  const int n = probe_->system.n();
-  const auto row = gap ? probe_->look(event.index, p.before, p.t).normal : SparseRow{};
-  double rate = 0;
-  if (gap) {
-    rate = row.dot(p.before.data() + n);
-  } else {
-    const auto d = along(*probe_, value, centre, p.before, p.t, f, 1, speed);
-    rate = d.slope[0];
-    if (!d.smooth || !(std::abs(rate) * duration_ > 1e-9 * std::abs(centre[0])))
-      refuse(fmt::format("t = {:.9g} s: {} is reached tangentially", p.t,
-                         event.is_phase()   ? "a kink of an element's force"
-                         : event.is_limit() ? "the limit of a controller"
-                                            : "a friction limit or the end of sliding"));
+  if (event.kind == ModeEvent::Kind::gap) {
+    const auto row = probe_->look(event.index, e.x, e.t).normal;
+    VariedColumns::set_times(e, value, row.dot(e.x.data() + probe_->system.n()), &row, true);
+    return;
   }
-  Vector dt(keys_.size());
-  for (std::size_t c = 0; c < keys_.size(); ++c) {
-    if (!open(c)) continue;
-    const auto part = across(c, value, centre, p.before, p.t);
-    double slope = part.slope[0];
-    if (gap)
-      slope += row.dot(S_[c].data());
-    else
-      slope += along(*probe_, value, centre, p.before, p.t, S_[c], 0, speed).slope[0];
-    dt[c] = -slope / rate;
-    if (!part.smooth || !std::isfinite(dt[c]))
-      refuse(c, fmt::format("t = {:.9g} s: the time of this event has no derivative", p.t));
-  }
-  return dt;
+  const auto centre = value(*probe_, e.x, e.t);
+  const auto d = along(*probe_, value, centre, e.x, e.t, e.before.f, 1, e.speed);
+  const double rate = d.slope[0];
+  if (!d.smooth || !(std::abs(rate) * duration_ > 1e-9 * std::abs(centre[0])))
+    refuse(fmt::format("t = {:.9g} s: {} is reached tangentially", e.t,
+                       event.is_phase()   ? "a kink of an element's force"
+                       : event.is_limit() ? "the limit of a controller"
+                                          : "a friction limit or the end of sliding"));
+  VariedColumns::set_times(e, value, rate, nullptr, true);
 }
 
 /// S across an event: a jump of the state with impacts of these contacts.
-void Variation::jump(const Passed& p, const std::vector<int>& in_impact, const Vector& x, const Side& before,
-                     const Side& after, const Vector& dt, double speed) {
-  const auto map = jump_of(in_impact, p.ended);
-  const auto now = map(*probe_, x, p.t);
+void Variation::jump(const EventMap& e, const std::vector<int>& in_impact, const std::vector<int>& ended) {
+  const auto &before = e.before, &after = e.after;
+  const auto map = jump_of(in_impact, ended);
+  const auto now = map(*probe_, e.x, e.t);
   for (std::size_t i = 0; i < integrands_.size(); ++i) integrals_[i] += now[size_ + 1 + i];
-  if (peaks_.any()) add_event_peaks(p.t, x, before.f, now, after.f, dt);
+  if (peaks_.any()) add_event_peaks(e.t, e.x, before.f, now, after.f, e.dt);
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
-    auto dx = S_[c];
-    for (std::size_t i = 0; i < size_; ++i) dx[i] += dt[c] * before.f[i];
-    const auto slope = total(c, map, x, p.t, dx, dt[c], speed);
+    const auto dx = carried(e, c);
+    const double dt = e.dt[c];
+    const auto slope = total(c, map, e.x, e.t, dx, dt, e.speed);
     if (!open(c)) continue;
-    if (peaks_.any()) peaks_.jump(c, {x, now, dx, slope, before.f, after.f, dt[c]});
-    for (std::size_t i = 0; i < size_; ++i) S_[c][i] = slope[i] - dt[c] * after.f[i];
+    if (peaks_.any()) peaks_.jump(c, {e.x, now, dx, slope, before.f, after.f, dt});
+    for (std::size_t i = 0; i < size_; ++i) S_[c][i] = slope[i] - dt * after.f[i];
     loss_[c] += slope[size_];
     for (std::size_t i = 0; i < integrands_.size(); ++i)
-      integral_rates_[c][i] += slope[size_ + 1 + i] + dt[c] * (before.integrands[i] - after.integrands[i]);
+      integral_rates_[c][i] += slope[size_ + 1 + i] + dt * (before.integrands[i] - after.integrands[i]);
   }
-  peaks_.jump(x, now);
+  peaks_.jump(e.x, now);
 }
 
 /// Whether the impact of one of these contacts changes the rate of another.
@@ -230,8 +213,8 @@ double Variation::change_by_order(const Passed& p, int a, int b, const std::vect
   return probe_->greatest(x.data() + n);
 }
 
-void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std::vector<int>& onsets,
-                             const Side& before, const Side& after) {
+void Variation::pass_impacts(const EventDynamics& d, const Passed& p, EventMap e,
+                             const std::vector<int>& onsets) {
   const int n = d.system.n();
   std::vector<int> closed;
   for (const int k : p.in_impact)
@@ -253,36 +236,24 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
     }
   }
   auto x = p.before;
-  const double speed = std::max(d.greatest(p.before.data() + n), d.speed_scale());
   for (std::size_t i = 0; i < onsets.size(); ++i) {
     const int k = onsets[i];
     const double rate = probe_->look(k, p.before, p.t).normal.dot(p.before.data() + n);
-    const double away = probe_->gap_acceleration(k, p.before, p.t);
-    const auto& facts = d.system.contact_facts(k);
-    if (away > 0 && rate * rate < 2 * away * grazing_depth(d.system, k, p.before))
-      refuse(
-          fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
-                      "derivative",
-                      p.t, facts.name, -rate));
+    refuse_grazing(k, e, rate, probe_->gap_acceleration(k, p.before, p.t));
     approaching_.assign(1, k);
-    const auto dt = event_times(p, {ModeEvent::Kind::gap, k, p.t}, before.f, speed);
+    std::ranges::fill(e.dt, 0.0);
+    set_times(e, {ModeEvent::Kind::gap, k, p.t});
+    const auto& dt = e.dt;
     if (p.event.kind == ModeEvent::Kind::none && !continued_)
       for (std::size_t c = 0; c < keys_.size(); ++c)
         if (std::abs(dt[c]) * keys_[c].scale() > 1e-9 * duration_)
           refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
                                 "one-sided derivative",
-                                p.t, facts.name, keys_[c].name));
+                                p.t, d.system.contact_facts(k).name, keys_[c].name));
     // The derivatives of time, approach rate and impulse.
     const int slot = d.impulse_offset() + 2 * k;
-    Onset onset{k,
-                d.contacts[k].closed,
-                p.t + p.impacts.ending(k),
-                p.impacts.rate(k),
-                p.after[slot] - p.before[slot],
-                {},
-                {},
-                {},
-                {}};
+    Onset onset{k, d.contacts[k].closed, p.t + p.impacts.ending(k), p.impacts.rate(k),
+                p.after[slot] - p.before[slot]};
     const Function rate_of = [&](EventDynamics& f, const Vector& y, double t) {
       return Vector{f.look(k, y, t).normal.dot(y.data() + n)};
     };
@@ -304,21 +275,24 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, const std:
       onset.dt.push_back(dt[c]);
       onset.drate.push_back(NAN);
       if (!open(c)) continue;
-      auto dx = S_[c];
-      for (std::size_t j = 0; j < size_; ++j) dx[j] += dt[c] * before.f[j];
+      const auto dx = carried(e, c);
       // Kinks of the impact are found by jump().
-      onset.drate[c] = total(c, rate_of, p.before, p.t, dx, dt[c], speed, false)[0];
-      if (ends) onset.dt[c] += total(c, remaining, p.before, p.t, dx, dt[c], speed, false)[0];
+      onset.drate[c] = total(c, rate_of, p.before, p.t, dx, dt[c], e.speed, false)[0];
+      if (ends) onset.dt[c] += total(c, remaining, p.before, p.t, dx, dt[c], e.speed, false)[0];
     }
     // Between uncoupled impacts the mode is the one before.
     auto y = jump_of(one, p.ended)(*probe_, x, p.t);
     y.resize(size_);
-    const auto here = i == 0 ? before : side(*probe_, x, p.t);
-    const auto next = i + 1 == onsets.size() ? after : side(*probe_, y, p.t);
+    EventMap one_by_one{x,
+                        p.t,
+                        i == 0 ? e.before : side(*probe_, x, p.t),
+                        i + 1 == onsets.size() ? e.after : side(*probe_, y, p.t),
+                        e.speed,
+                        dt};
+    const auto &here = one_by_one.before, &next = one_by_one.after;
     const auto error = impact_error ? impact_error(k) : ImpactError();
-    auto late = dt;
-    for (double& time : late) time += error.delay;
-    jump(p, one, x, here, next, late, speed);
+    for (double& time : one_by_one.dt) time += error.delay;
+    jump(one_by_one, one, p.ended);
     for (std::size_t c = 0; c < keys_.size() && error.excess != 0; ++c)
       for (std::size_t j = 0; j < static_cast<std::size_t>(n) && open(c); ++j)
         S_[c][n + j] += error.excess * (y[n + j] - x[n + j]);

@@ -80,7 +80,6 @@ void PenaltyVariation::begin(const Scene& scene, double t, bool resumed) {
   take_mode(d);
   const auto x = this->x();
   const Side still{Vector(x.size()), Vector(integrands_.size())};
-  const Vector dt(keys_.size());
   const int own = 2 * system.n() + system.states();
   const auto given = static_cast<std::size_t>(own);
   for (std::size_t c = 0; c < keys_.size(); ++c)
@@ -104,7 +103,7 @@ void PenaltyVariation::begin(const Scene& scene, double t, bool resumed) {
                                 "one-sided derivative",
                                 t, system.contact_facts(k).name, keys_[c].name));
     }
-    begin_contact(k, x, t, still, dt);
+    begin_contact(k, event_at(x, t, still, still));
   }
   // The work done on contacts that are compressed at the start.
   const Function stored = [](ExtendedPenalty& f, const Vector& y, double at) {

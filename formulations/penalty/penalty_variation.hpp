@@ -72,14 +72,14 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   void shift(const Vector& x, double t, double sign);
   void pass();
   void pass_limits();
-  /// A function of the state whose root is the event, and dt of each column.
-  Vector event_times(const Function& value, const Vector& x, double t, const Vector& f);
-  void begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt);
-  void end_contact(int k, const Vector& x, const Side& before, const Vector& dt);
-  void retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt, double speed,
-              const Function& speed_of, bool squared, bool new_mass);
-  void change_impact(int k, const Vector& x, double t, const Side& before, const Side& after, bool jumps);
-  void jump(const Side& before, const Side& after, const Vector& dt);
+  EventMap event_at(const Vector& x, double t, Side before, Side after);
+  /// dt of each column for a root of a function.
+  void set_times(EventMap& e, const Function& value);
+  void begin_contact(int k, const EventMap& e);
+  void end_contact(int k, const EventMap& e);
+  void retain(int k, const EventMap& e, double speed, const Function& speed_of, bool squared, bool new_mass);
+  void change_impact(int k, EventMap& e, bool jumps);
+  void jump(const EventMap& e);
 
   const PenaltySteps& run_;
   ErrorNorm norm_;

@@ -21,22 +21,14 @@ std::vector<int> other_pieces(const System& system, const Phases& a, const Phase
 
 }  // namespace
 
-/// dt of each column for a root of the function.
-PenaltyVariation::Vector PenaltyVariation::event_times(const Function& value, const Vector& x, double t,
-                                                       const Vector& f) {
-  const auto centre = value(*probe_, x, t);
-  const double speed = curved_speed(*probe_, x);
-  const double rate = along(*probe_, value, centre, x, t, f, 1, speed).slope[0];
-  Vector dt(keys_.size());
-  for (std::size_t c = 0; c < keys_.size(); ++c)
-    if (open(c)) {
-      dt[c] = -(along(*probe_, value, centre, x, t, S_[c], 0, speed).slope[0] +
-                across(c, value, centre, x, t).slope[0]) /
-              rate;
-      if (!std::isfinite(dt[c]))
-        refuse(c, fmt::format("t = {:.9g} s: the time of this event has no derivative", t));
-    }
-  return dt;
+PenaltyVariation::EventMap PenaltyVariation::event_at(const Vector& x, double t, Side before, Side after) {
+  return {x, t, std::move(before), std::move(after), curved_speed(*probe_, x), Vector(keys_.size())};
+}
+
+void PenaltyVariation::set_times(EventMap& e, const Function& value) {
+  const auto centre = value(*probe_, e.x, e.t);
+  const double rate = along(*probe_, value, centre, e.x, e.t, e.before.f, 1, e.speed).slope[0];
+  VariedColumns::set_times(e, value, rate, nullptr, false);
 }
 
 void PenaltyVariation::pass() {
@@ -62,9 +54,9 @@ void PenaltyVariation::pass() {
   after_->take_mode(d);
   probe_->touch(true);
   after_->touch(true);
-  const auto before = side(*probe_, x, t), after = side(*after_, with_retained(d), t);
+  auto e = event_at(x, t, side(*probe_, x, t), side(*after_, with_retained(d), t));
   const int n = d.system().n();
-  const bool jumped = jumps(before, after);
+  const bool jumped = jumps(e.before, e.after);
   if (jumped && changes.size() + crossed.size() > 1)
     refuse(fmt::format(
         "t = {:.9g} s: several forces change at the same time, and one of them jumps; the motion there "
@@ -77,11 +69,13 @@ void PenaltyVariation::pass() {
     const Function value = [&](ExtendedPenalty& f, const Vector& y, double) {
       return Vector{from_kink(probe_->system, f.system, k, kink, y)};
     };
-    jump(before, after, event_times(value, x, t, before.f));
+    set_times(e, value);
+    jump(e);
   }
   for (const auto& [k, gap] : changes) {
+    std::ranges::fill(e.dt, 0.0);
     if (!gap) {
-      change_impact(k, x, t, before, after, jumped);
+      change_impact(k, e, jumped);
       continue;
     }
     const bool onset = d.contacts()[k].closed;
@@ -90,27 +84,19 @@ void PenaltyVariation::pass() {
     const Function value = [k = k](ExtendedPenalty& f, const Vector& y, double at) {
       return Vector{f.row(k, y, at).gap};
     };
-    const Vector centre{row.gap};
-    const double rate = normal.dot(x.data() + n), away = probe_->gap_acceleration(k, x, before.f, t);
+    const double rate = normal.dot(x.data() + n), away = probe_->gap_acceleration(k, x, e.before.f, t);
     const auto& facts = d.system().contact_facts(k);
-    if (onset && away > 0 && rate * rate < 2 * away * grazing_depth(d.system(), k, x))
-      refuse(
-          fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
-                      "derivative",
-                      t, facts.name, -rate));
+    if (onset) refuse_grazing(k, e, rate, away);
     const bool steady = std::abs(rate) > 1e-12 * probe_->speed_scale();
     if (!steady && jumped)
       refuse(
           fmt::format("t = {:.9g} s: contact {} opens or closes without relative speed, and its force jumps",
                       t, facts.name));
-    Vector dt(keys_.size());
-    for (std::size_t c = 0; c < keys_.size(); ++c)
-      if (open(c) && steady)
-        dt[c] = -(normal.dot(S_[c].data()) + across(c, value, centre, x, t).slope[0]) / rate;
+    if (steady) VariedColumns::set_times(e, value, rate, &normal, false);
     if (onset)
-      begin_contact(k, x, t, before, dt);
+      begin_contact(k, e);
     else
-      end_contact(k, x, before, dt);
+      end_contact(k, e);
     if (onset && !steady) {
       auto& last = onsets_.back();
       last.dt = last.drate = Vector(keys_.size(), NAN);
@@ -118,15 +104,15 @@ void PenaltyVariation::pass() {
         if (reason.empty())
           reason = fmt::format("t = {:.9g} s: contact {} closes without approach", t, facts.name);
     }
-    if (jumped) jump(before, after, dt);
+    if (jumped) jump(e);
     if (d.bristles() == 0) continue;
     const auto bristle = static_cast<std::size_t>(d.bristle_offset()) + static_cast<std::size_t>(k);
-    if (onset && !steady && after.f[bristle] != 0)
+    if (onset && !steady && e.after.f[bristle] != 0)
       refuse(fmt::format(
           "t = {:.9g} s: contact {} closes without approach, so that its bristle has no derivative", t,
           facts.name));
     for (std::size_t c = 0; c < keys_.size(); ++c)
-      if (open(c)) S_[c][bristle] = onset ? -after.f[bristle] * dt[c] : 0;
+      if (open(c)) S_[c][bristle] = onset ? -e.after.f[bristle] * e.dt[c] : 0;
   }
   probe_->touch(false);
   after_->touch(false);
@@ -140,32 +126,36 @@ void PenaltyVariation::pass_limits() {
   for (int k = 0; k < probe_->system.limiters(); ++k) {
     const double w = demand(*probe_, k, x, t), border = w > 0 ? 1 : -1;
     if (!(std::abs(w - border) <= 100 * Limits::rounding)) continue;
-    auto before = side(*probe_, x, t), after = before;
-    take_sides_of_limit(*probe_, k, x, x, t, before, after);
-    if (!jumps(before, after)) continue;
+    const auto here = side(*probe_, x, t);
+    auto e = event_at(x, t, here, here);
+    take_sides_of_limit(e, *probe_, k, x);
+    if (!jumps(e.before, e.after)) continue;
     const Function value = [&](ExtendedPenalty& f, const Vector& y, double at) {
       return Vector{demand(f, k, y, at) - border};
     };
-    jump(before, after, event_times(value, x, t, before.f));
+    set_times(e, value);
+    jump(e);
   }
 }
 
 /// S across an event where f jumps.
-void PenaltyVariation::jump(const Side& before, const Side& after, const Vector& dt) {
+void PenaltyVariation::jump(const EventMap& e) {
+  const auto &before = e.before, &after = e.after;
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
+    const double dt = e.dt[c];
     // Velocities are continuous; accelerations jump.
-    if (peaks_.any()) peaks_.jump(c, {before.f, before.f, before.f, before.f, before.f, after.f, dt[c]});
-    for (std::size_t i = 0; i < size_; ++i) S_[c][i] += dt[c] * (before.f[i] - after.f[i]);
+    if (peaks_.any()) peaks_.jump(c, {before.f, before.f, before.f, before.f, before.f, after.f, dt});
+    for (std::size_t i = 0; i < size_; ++i) S_[c][i] += dt * (before.f[i] - after.f[i]);
     for (std::size_t i = 0; i < integrands_.size(); ++i)
-      integral_rates_[c][i] += dt[c] * (before.integrands[i] - after.integrands[i]);
+      integral_rates_[c][i] += dt * (before.integrands[i] - after.integrands[i]);
   }
 }
 
 /// Derivatives of v₀, which is `speed` or else the floor, and of a new mass. The function has the speed, or
 /// its square.
-void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f, const Vector& dt,
-                              double speed, const Function& speed_of, bool squared, bool new_mass) {
+void PenaltyVariation::retain(int k, const EventMap& e, double speed, const Function& speed_of, bool squared,
+                              bool new_mass) {
   const auto& d = run_.dynamics();
   const auto slot = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
   const bool floored = !(speed > v0_floor_);
@@ -174,48 +164,45 @@ void PenaltyVariation::retain(int k, const Vector& x, double t, const Vector& f,
     refuse(fmt::format(
         "t = {:.9g} s: contact {} begins below the least v₀, which depends on the scene's speeds; "
         "set penalty.v0_floor for derivatives",
-        t, d.system().contact_facts(k).name));
+        e.t, d.system().contact_facts(k).name));
   const Function mass_of = [k](ExtendedPenalty& g, const Vector& y, double at) {
     return Vector{g.effective_mass(k, y, at)};
   };
   const double scale = std::max(std::abs(speed), v0_floor_);
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
-    auto dx = S_[c];
-    add_multiple(dx, dt[c], f);
+    const auto dx = carried(e, c);
     // w² is smooth. Where it hardly changes along a column, the rounding of the gap would pass for a kink.
-    double change = floored ? 0 : total(c, speed_of, x, t, dx, dt[c], scale, !squared)[0];
+    double change = floored ? 0 : total(c, speed_of, e.x, e.t, dx, e.dt[c], scale, !squared)[0];
     if (squared) change /= 2 * speed;
     double mass = S_[c][slot + 1];
-    if (new_mass) mass = total(c, mass_of, x, t, dx, dt[c], scale)[0];
+    if (new_mass) mass = total(c, mass_of, e.x, e.t, dx, e.dt[c], scale)[0];
     if (!open(c)) continue;
     S_[c][slot] = change;
     S_[c][slot + 1] = mass;
   }
 }
 
-void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Side& before, const Vector& dt) {
+void PenaltyVariation::begin_contact(int k, const EventMap& e) {
   const auto& d = run_.dynamics();
   const auto slot = static_cast<std::size_t>(d.impulse_offset()) + 2 * static_cast<std::size_t>(k);
-  const double rate = probe_->gap_rate(k, x, t);
+  const double rate = probe_->gap_rate(k, e.x, e.t);
   const Function rate_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
     return Vector{f.gap_rate(k, y, at)};
   };
   const Function approach_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
     return Vector{-f.gap_rate(k, y, at)};
   };
-  Onset onset{k, true, t, rate, NAN, {}, {}, {}, {}};
-  Impulse impulse{onsets_.size(), x[slot], {}};
+  const auto& dt = e.dt;
+  Onset onset{k, true, e.t, rate, NAN};
+  Impulse impulse{onsets_.size(), e.x[slot], {}};
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     onset.drate.push_back(NAN);
-    if (open(c)) {
-      auto dx = S_[c];
-      add_multiple(dx, dt[c], before.f);
-      onset.drate[c] = total(c, rate_of, x, t, dx, dt[c], std::max(std::abs(rate), v0_floor_))[0];
-    }
-    impulse.slope.push_back(S_[c][slot] + dt[c] * before.f[slot]);
+    const double scale = std::max(std::abs(rate), v0_floor_);
+    if (open(c)) onset.drate[c] = total(c, rate_of, e.x, e.t, carried(e, c), dt[c], scale)[0];
+    impulse.slope.push_back(S_[c][slot] + dt[c] * e.before.f[slot]);
   }
-  retain(k, x, t, before.f, dt, -rate, approach_of, false, true);
+  retain(k, e, -rate, approach_of, false, true);
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     onset.dt.push_back(open(c) ? dt[c] : NAN);
     onset.dimpulse.push_back(NAN);
@@ -226,7 +213,7 @@ void PenaltyVariation::begin_contact(int k, const Vector& x, double t, const Sid
   impulses_[static_cast<std::size_t>(k)] = std::move(impulse);
 }
 
-void PenaltyVariation::end_contact(int k, const Vector& x, const Side& before, const Vector& dt) {
+void PenaltyVariation::end_contact(int k, const EventMap& e) {
   const auto& d = run_.dynamics();
   const auto slot = static_cast<std::size_t>(d.impulse_offset()) + 2 * static_cast<std::size_t>(k),
              retained = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
@@ -234,9 +221,9 @@ void PenaltyVariation::end_contact(int k, const Vector& x, const Side& before, c
   if (impulse) {
     auto& onset = onsets_[impulse->onset];
     onset.lasting = false;
-    onset.impulse = x[slot] - impulse->begin;
+    onset.impulse = e.x[slot] - impulse->begin;
     for (std::size_t c = 0; c < keys_.size(); ++c) {
-      if (open(c)) onset.dimpulse[c] = S_[c][slot] + dt[c] * before.f[slot] - impulse->slope[c];
+      if (open(c)) onset.dimpulse[c] = S_[c][slot] + e.dt[c] * e.before.f[slot] - impulse->slope[c];
     }
     impulse.reset();
   }
@@ -244,15 +231,15 @@ void PenaltyVariation::end_contact(int k, const Vector& x, const Side& before, c
 }
 
 /// An impact on a closed contact begins or ends.
-void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Side& before, const Side& after,
-                                     bool jumps) {
+void PenaltyVariation::change_impact(int k, EventMap& e, bool jumps) {
   const auto& d = run_.dynamics();
+  const auto& x = e.x;
+  const double t = e.t;
   const bool begins = d.contacts()[k].in_impact;
   const double rate = probe_->gap_rate(k, x, t), w = std::sqrt(probe_->squared_touch_speed(k, x, t));
   const Function square_of = [k](ExtendedPenalty& f, const Vector& y, double at) {
     return Vector{f.squared_touch_speed(k, y, at)};
   };
-  Vector dt(keys_.size());
   if (begins) {
     // It begins where the contact is compressed again, or where w exceeds v₀. The mass is that of this
     // instant. At its end, w does not change with time.
@@ -264,13 +251,13 @@ void PenaltyVariation::change_impact(int k, const Vector& x, double t, const Sid
     const Function value = [k, slot, turns](ExtendedPenalty& f, const Vector& y, double at) {
       return Vector{turns ? f.gap_rate(k, y, at) : f.squared_touch_speed(k, y, at) - y[slot] * y[slot]};
     };
-    dt = event_times(value, x, t, before.f);
+    set_times(e, value);
   } else if (jumps) {
     refuse(fmt::format("t = {:.9g} s: the damping of contact {} jumps during contact", t,
                        d.system().contact_facts(k).name));
   }
-  retain(k, x, t, before.f, dt, w, square_of, true, begins);
-  if (jumps) jump(before, after, dt);
+  retain(k, e, w, square_of, true, begins);
+  if (jumps) jump(e);
 }
 
 }  // namespace freeplay

@@ -138,11 +138,10 @@ void PredictedGrowth::pass(const EventDynamics& d, const Variation::Passed& p) {
   logs_.impacts += std::log(std::abs(acceleration(*after, p.after) / acceleration(*probe_, p.before)));
 }
 
-void PredictedGrowth::pass_impact(const EventDynamics& d, const Variation::Passed& p, const std::vector<int>& onsets) {
+void PredictedGrowth::pass_impact(const EventDynamics& d, const Variation::Passed& p,
+                                  const std::vector<int>& onsets) {
   const int n = system_.n();
-  const auto rate = [&](int k, const Vector& x) {
-    return probe_->look(k, x, p.t).normal.dot(x.data() + n);
-  };
+  const auto rate = [&](int k, const Vector& x) { return probe_->look(k, x, p.t).normal.dot(x.data() + n); };
   if (p.in_impact.size() == 1 && probe_->look(onsets[0], p.before, p.t).tangent.size == 0) {
     logs_.impacts += 2 * std::log(restitution_[static_cast<std::size_t>(onsets[0])]);
     return;

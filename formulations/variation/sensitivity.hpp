@@ -93,8 +93,8 @@ struct VariedOnset {
   int contact = 0;
   bool lasting = false;
   double t = 0, rate = 0, impulse = 0;
-  std::vector<double> dt, drate, dimpulse;  ///< one for each key; NaN where there is none
-  std::vector<std::string> reasons;
+  std::vector<double> dt = {}, drate = {}, dimpulse = {};  ///< one for each key; NaN where there is none
+  std::vector<std::string> reasons = {};
 };
 
 struct SensitivityRun {

@@ -52,12 +52,24 @@ inline RowFacts row_facts(const SensitivityRun& run) {
   return {!redundant_rows(run.system, run.start.q).empty(), run.scene.run.eliminate};
 }
 
-/// Common part of the nonsmooth schemes.
+/// Common part of the nonsmooth schemes. `make`: a factory of formulations/nonsmooth.hpp.
 template <class Stepper>
 class NonsmoothScheme {
  public:
-  static constexpr const char* lasting = "the event begins a lasting contact, which has no impulse at its beginning";
+  static constexpr const char* lasting =
+      "the event begins a lasting contact, which has no impulse at its beginning";
   const Stepper& stepper() const { return stepper_; }
+  void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
+            double duration, const State& /*now*/) {
+    stepper_.vary(keys, std::move(integrands), length, duration);
+  }
+  bool step(double end, double longest) {
+    if (!stepper_.step(std::min(end, t() + longest))) return false;
+    log_.advance(t());
+    log_.drain([](const auto&) {});
+    return true;
+  }
+  void finish() {}
   double t() const { return stepper_.t(); }
   const double* v() const { return stepper_.v(); }
   const std::string& failure() const { return stepper_.failure(); }
@@ -65,15 +77,11 @@ class NonsmoothScheme {
   double contact_loss() const { return stepper_.integrals().contact; }
 
  protected:
-  NonsmoothScheme(const SensitivityRun& run, Stepper stepper)
-      : stepper_(std::move(stepper)), log_(run.system.contacts(), run.system.reported()) {
+  template <class Make>
+  NonsmoothScheme(const SensitivityRun& run, Make make)
+      : stepper_(make(run.scene, run.system, restitution_of(run), row_facts(run), run.start)),
+        log_(run.system.contacts(), run.system.reported()) {
     stepper_.start(run.start, log_);
-  }
-  bool advance(double end) {
-    if (!stepper_.step(end)) return false;
-    log_.advance(stepper_.t());
-    log_.drain([](const auto&) {});
-    return true;
   }
 
   Stepper stepper_;
@@ -82,15 +90,7 @@ class NonsmoothScheme {
 
 class EventScheme : public NonsmoothScheme<EventDriven> {
  public:
-  explicit EventScheme(const SensitivityRun& run)
-      : NonsmoothScheme(
-            run, make_event_driven(run.scene, run.system, restitution_of(run), row_facts(run), run.start)) {}
-  void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
-            double duration, const State& /*now*/) {
-    stepper_.vary(keys, std::move(integrands), length, duration);
-  }
-  bool step(double end, double longest) { return advance(std::min(end, t() + longest)); }
-  void finish() {}
+  explicit EventScheme(const SensitivityRun& run) : NonsmoothScheme(run, make_event_driven) {}
   bool steps_in_time() const { return false; }
   Variation& variation() { return stepper_.variation(); }
   std::array<Variation*, 1> variations() { return {&variation()}; }
@@ -102,14 +102,7 @@ class EventScheme : public NonsmoothScheme<EventDriven> {
 
 class AutomaticScheme : public NonsmoothScheme<AutomaticStepper> {
  public:
-  explicit AutomaticScheme(const SensitivityRun& run)
-      : NonsmoothScheme(
-            run, make_automatic(run.scene, run.system, restitution_of(run), row_facts(run), run.start)) {}
-  void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
-            double duration, const State& /*now*/) {
-    stepper_.vary(keys, std::move(integrands), length, duration);
-  }
-  bool step(double end, double longest) { return advance(std::min(end, t() + longest)); }
+  explicit AutomaticScheme(const SensitivityRun& run) : NonsmoothScheme(run, make_automatic) {}
   void finish() {
     if (in_time()) stepper_.stepped().finish();
   }
@@ -123,13 +116,20 @@ class AutomaticScheme : public NonsmoothScheme<AutomaticStepper> {
   bool in_time() const { return stepper_.time_steps(); }
 };
 
-/// Time stepping by a MoreauStepper or an AdaptiveMoreau. Its steps define the motion: they do not depend on
+inline MoreauStepper make_moreau(const Scene& scene, const System& system,
+                                 const std::vector<double>& restitution, RowFacts facts, const State&) {
+  return {system, scene.nonsmooth, *scene.nonsmooth.step, restitution, facts};
+}
+inline const MoreauStepper& moreau_of(const MoreauStepper& stepper) { return stepper; }
+inline const MoreauStepper& moreau_of(const AdaptiveMoreau& stepper) { return stepper.moreau(); }
+
+/// Time stepping with fixed or adaptive steps. They define the motion, and do not depend on
 /// SensitivityRun::longest_step.
-template <class Stepper>
+template <auto make, class Stepper>
 class TimeSteps : public NonsmoothScheme<Stepper> {
  public:
-  TimeSteps(const SensitivityRun& run, Stepper stepper)
-      : NonsmoothScheme<Stepper>(run, std::move(stepper)),
+  explicit TimeSteps(const SensitivityRun& run)
+      : NonsmoothScheme<Stepper>(run, make),
         scales_(make_scales(run.scene.mechanism, run.system, run.start)),
         position_error_(run.scene.nonsmooth.tolerance * scales_.length),
         mode_(run.system, run.scene.nonsmooth, restitution_of(run), row_facts(run), scales_.speed) {}
@@ -140,8 +140,9 @@ class TimeSteps : public NonsmoothScheme<Stepper> {
     variation_->start(now);
   }
   bool step(double end, double /*longest*/) {
-    if (!this->advance(end)) return false;
-    variation_->end_step(moreau(this->stepper_), this->stepper_.t_old());
+    const auto& stepper = this->stepper_;
+    if (!NonsmoothScheme<Stepper>::step(end, INFINITY)) return false;
+    variation_->end_step(moreau_of(stepper), stepper.t_old());
     return true;
   }
   void finish() { variation_->finish(); }
@@ -152,9 +153,6 @@ class TimeSteps : public NonsmoothScheme<Stepper> {
   const std::vector<double>& x() const { return variation_->x(); }
 
  private:
-  static const MoreauStepper& moreau(const MoreauStepper& stepper) { return stepper; }
-  static const MoreauStepper& moreau(const AdaptiveMoreau& stepper) { return stepper.moreau(); }
-
   Scales scales_;
   double position_error_;
   EventDynamics mode_;
@@ -201,9 +199,8 @@ class PenaltyScheme {
 template <class Scheme>
 class VariationalRun {
  public:
-  /// Starts the scheme; `run` must outlive this object. `more`: further arguments of the scheme.
-  template <class... More>
-  explicit VariationalRun(const SensitivityRun& run, More... more) : run_(run), scheme_(run, std::move(more)...) {}
+  /// Starts the scheme; `run` must outlive this object.
+  explicit VariationalRun(const SensitivityRun& run) : run_(run), scheme_(run) {}
 
   Scheme& scheme() { return scheme_; }
   auto& variation() { return scheme_.variation(); }
@@ -266,27 +263,25 @@ class VariationalRun {
 template <bool hands_over, class Use>
 void with_variational_run(const SensitivityRun& run, Family family, const std::vector<Column>& integrands,
                           Use use) {
-  const auto with = [&](auto motion) {
-    motion->vary(run.keys, integrands, run.end - run.start.t, run.start);
-    use(*motion);
+  const auto with = [&]<class Scheme>() {
+    VariationalRun<Scheme> motion(run);
+    motion.vary(run.keys, integrands, run.end - run.start.t, run.start);
+    use(motion);
   };
   const auto& options = run.scene.nonsmooth;
   const auto scheme = options.scheme_in_force();
-  if (family == Family::penalty) return with(std::make_unique<VariationalRun<PenaltyScheme>>(run));
+  if (family == Family::penalty) return with.template operator()<PenaltyScheme>();
   if (scheme == Scheme::moreau_jean) {
     if (!run.system.families().empty())
       throw ModelError("nonsmooth.scheme", "groups of many bodies have no derivatives");
-    if (options.step)
-      return with(std::make_unique<VariationalRun<TimeSteps<MoreauStepper>>>(
-          run, MoreauStepper(run.system, options, *options.step, restitution_of(run), row_facts(run))));
-    return with(std::make_unique<VariationalRun<TimeSteps<AdaptiveMoreau>>>(
-        run, make_adaptive(run.scene, run.system, restitution_of(run), row_facts(run), run.start)));
+    if (options.step) return with.template operator()<TimeSteps<make_moreau, MoreauStepper>>();
+    return with.template operator()<TimeSteps<make_adaptive, AdaptiveMoreau>>();
   }
   // Impact laws that time stepping does not have stay event-driven.
   if constexpr (hands_over)
     if (scheme == Scheme::automatic && options.chooses_steps())
-      return with(std::make_unique<VariationalRun<AutomaticScheme>>(run));
-  with(std::make_unique<VariationalRun<EventScheme>>(run));
+      return with.template operator()<AutomaticScheme>();
+  with.template operator()<EventScheme>();
 }
 
 }  // namespace freeplay

@@ -23,6 +23,8 @@
 // Subclasses add the events (event_driven/variation.hpp, penalty/penalty_variation.hpp).
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -183,8 +185,35 @@ class VariedColumns : public DerivativeColumns {
     return in(n, n) || in(impulses, 2 * contacts) || in(works, f.size() - works) ||
            differ(before.integrands, after.integrands);
   }
-  void take_sides_of_limit(Dynamics& next, int k, const Vector& x, const Vector& x_after, double t,
-                           Side& before, Side& after);
+  /// An event at x⁻ and t, at which S⁺ = J_x (S⁻ + f⁻ dt) + J_t dt + J_p − f⁺ dt (saltation).
+  struct EventMap {
+    const Vector& x;
+    double t;
+    Side before, after;
+    double speed;  ///< m/s, over which functions of the state are curved
+    Vector dt;     ///< of each column
+  };
+  /// S⁻ + f⁻ dt of column c.
+  Vector carried(const EventMap& e, std::size_t c) const {
+    auto dx = S_[c];
+    add_multiple(dx, e.dt[c], e.before.f);
+    return dx;
+  }
+  /// Sets dt for a root of `value` that changes at `rate` (1/s); `normal`: of a gap, else null. Ends a column
+  /// without dt, and if `strict` one along whose key the function has a kink.
+  void set_times(EventMap& e, const Function& value, double rate, const SparseRow* normal, bool strict);
+  /// Refuses an onset after which the contact separates again within grazing_depth(). `away`: acceleration of
+  /// the gap.
+  void refuse_grazing(int k, const EventMap& e, double rate, double away) {
+    const auto& system = probe_->system;
+    if (away > 0 && rate * rate < 2 * away * grazing_depth(system, k, e.x))
+      refuse(
+          fmt::format("t = {:.9g} s: contact {} grazes (approach {:.2g} m/s); grazing contacts have no "
+                      "derivative",
+                      e.t, system.contact_facts(k).name, -rate));
+  }
+  /// The sides of a controller's limit; `next`: the dynamics after it, at x_after.
+  void take_sides_of_limit(EventMap& e, Dynamics& next, int k, const Vector& x_after);
   /// Depth (m) up to which a contact grazes: one that would separate again within it without an impact. Below
   /// it, rounding and the curvature of the gap decide whether there is an impact.
   template <class State>

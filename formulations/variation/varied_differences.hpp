@@ -177,14 +177,26 @@ Difference VariedColumns<Dynamics>::across(std::size_t c, const Function& value,
   return smooth_but_rounding(list, spacings);
 }
 
-/// The right-hand sides on both sides of a controller's limit; `next`: the dynamics after it. The demand is
-/// at the limit within rounding, which decides the side of an evaluation there; they are therefore
-/// extrapolated from both sides.
 template <class Dynamics>
-void VariedColumns<Dynamics>::take_sides_of_limit(Dynamics& next, int k, const Vector& x,
-                                                  const Vector& x_after, double t, Side& before,
-                                                  Side& after) {
-  const double h = 1e-3 * spacing(*probe_, x, before.f, 1, curved_speed(*probe_, x));
+void VariedColumns<Dynamics>::set_times(EventMap& e, const Function& value, double rate,
+                                        const SparseRow* normal, bool strict) {
+  const auto centre = value(*probe_, e.x, e.t);
+  for (std::size_t c = 0; c < keys_.size(); ++c) {
+    if (!open(c)) continue;
+    const auto part = across(c, value, centre, e.x, e.t);
+    const double slope = normal ? normal->dot(S_[c].data())
+                                : along(*probe_, value, centre, e.x, e.t, S_[c], 0, e.speed).slope[0];
+    e.dt[c] = -(slope + part.slope[0]) / rate;
+    if ((strict && !part.smooth) || !std::isfinite(e.dt[c]))
+      refuse(c, fmt::format("t = {:.9g} s: the time of this event has no derivative", e.t));
+  }
+}
+
+/// The demand is at the limit within rounding, which decides the side of an evaluation there; both sides are
+/// therefore extrapolated.
+template <class Dynamics>
+void VariedColumns<Dynamics>::take_sides_of_limit(EventMap& e, Dynamics& next, int k, const Vector& x_after) {
+  const double t = e.t, h = 1e-3 * spacing(*probe_, e.x, e.before.f, 1, curved_speed(*probe_, e.x));
   const auto beside = [&](Dynamics& f, Vector y, const Side& here, double way) {
     add_multiple(y, way, here.f);
     auto s = side(f, y, t + way);
@@ -195,20 +207,19 @@ void VariedColumns<Dynamics>::take_sides_of_limit(Dynamics& next, int k, const V
       s.integrands[i] = 2 * s.integrands[i] - far.integrands[i];
     return s;
   };
-  const auto from = beside(*probe_, x, before, -h), to = beside(next, x_after, after, h);
+  e.before = beside(*probe_, e.x, Side(e.before), -h);
+  e.after = beside(next, x_after, Side(e.after), h);
   const auto rate = [&](const Side& s) {
-    auto y = x, z = x;
+    auto y = e.x, z = e.x;
     add_multiple(y, h, s.f);
     add_multiple(z, -h, s.f);
     return demand(*probe_, k, y, t + h) - demand(*probe_, k, z, t - h);
   };
-  if (rate(from) * rate(to) < 0)
+  if (rate(e.before) * rate(e.after) < 0)
     refuse(fmt::format(
         "t = {:.9g} s: the demand of a controller stays at its limit; derivatives along such motions "
         "are not available",
         t));
-  before = from;
-  after = to;
 }
 
 /// Derivative along (dx, dt) and p together. The two parts alone are larger by length over clearance if a key
