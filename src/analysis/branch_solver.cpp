@@ -289,14 +289,7 @@ std::optional<EndState> BranchSolver::beside(const BranchMotion& m, const Vector
     const auto there = model(m.parameter + xi * setup_.range(), &m.model->map, m.model->map.length());
     auto s = m.point.state;
     if (!there->map.shift(m.model->map.displacement(scale_ * u), s).empty()) return {};
-    auto end = run_end_state({.scene = there->scene,
-                              .system = there->system,
-                              .start = s,
-                              .end = s.t + there->map.length(),
-                              .stop = setup_.stop,
-                              .longest_step = there->map.length() / fewest_map_steps,
-                              .contacts = s.contacts},
-                             setup_.family);
+    auto end = there->map.motion(s, s.t + there->map.length(), fewest_map_steps);
     if (!end.stopped.empty()) return {};
     return end;
   } catch (const ModelError&) {

@@ -166,18 +166,9 @@ std::string settle(Simulation& simulation, const System& system, Family family, 
 
 /// The state in the middle of the longest interval without a contact onset, if
 /// one is near the section.
-std::optional<SectionState> later_section(const Scene& scene, const System& system, Family family,
-                                          const SectionState& start, double length, StopToken stop) {
-  const auto run_to = [&](double end) {
-    return run_end_state({.scene = scene,
-                          .system = system,
-                          .start = start,
-                          .end = end,
-                          .stop = stop,
-                          .contacts = start.contacts},
-                         family);
-  };
-  const auto motion = run_to(start.t + length);
+std::optional<SectionState> later_section(const ReturnMap& map, const SectionState& start) {
+  const double length = map.length();
+  const auto motion = map.motion(start, start.t + length, 0);
   if (!motion.stopped.empty() || motion.onsets.empty()) return {};
   double last = motion.onsets.back().t - length, longest = 0, middle = 0, least = length;
   for (const auto& onset : motion.onsets) {
@@ -189,7 +180,7 @@ std::optional<SectionState> later_section(const Scene& scene, const System& syst
     last = onset.t;
   }
   if (least > near_section * length) return {};
-  const auto end = run_to(middle > start.t ? middle : middle + length);
+  const auto end = map.motion(start, middle > start.t ? middle : middle + length, 0);
   if (!end.stopped.empty()) return {};
   return SectionState(end.state, end.contacts);
 }
@@ -267,9 +258,8 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& secti
     if (why.empty() && p.failure.empty()) accepted = map.accepted(p);
     const bool ends = p.end.stepped || (p.failure.empty() && p.greatest <= accepted);
     if ((why.empty() && ends) || moves == most_moves) break;
-    auto later = later_section(given, system, family, start, map.length(), request.stop);
-    if (!later && why.empty())
-      later = later_section(given, system, family, p.state, map.length(), request.stop);
+    auto later = later_section(map, start);
+    if (!later && why.empty()) later = later_section(map, p.state);
     if (!later) break;
     found.moved = later->t - settled;
     start = std::move(*later);

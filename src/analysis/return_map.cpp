@@ -78,7 +78,7 @@ std::string ReturnMap::take_retained(const SectionState& s) {
   constants_.clear();
   retained_.clear();
   if (std::ranges::none_of(s.contacts, &PenaltyMode::closed)) return {};
-  const auto end = run_for(s, length_, 0, {});
+  const auto end = motion(s, s.t + length_, 0);
   if (!end.stopped.empty()) return end.stopped;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     if (!s.contacts[k].closed || !end.retains[k]) continue;
@@ -201,13 +201,12 @@ VariedKey ReturnMap::direction(const SectionState& s, Eigen::Index c) const {
   return {.name = "the state of the section", .start = d.slope, .refused = {}};
 }
 
-/// `steps`: least number of steps in a length of the map; 0: the scheme chooses them.
-EndState ReturnMap::run_for(const SectionState& s, double length, int steps,
-                            std::vector<VariedKey> keys) const {
+EndState ReturnMap::motion(const SectionState& s, double end, int steps,
+                           std::vector<VariedKey> keys) const {
   return run_end_state({.scene = scene_,
                         .system = system_,
                         .start = s,
-                        .end = s.t + length,
+                        .end = end,
                         .keys = std::move(keys),
                         .stop = stop_,
                         .longest_step = steps > 0 ? length_ / steps : INFINITY,
@@ -244,7 +243,7 @@ ReturnPoint ReturnMap::run(const SectionState& s, double length, int steps, cons
   ReturnPoint p;
   p.state = s;
   for (const auto& k : keys) p.starts.push_back(k.start);
-  p.end = run_for(s, length, steps, std::move(keys));
+  p.end = motion(s, s.t + length, steps, std::move(keys));
   p.failure = p.end.stopped.empty() ? p.end.refused : p.end.stopped;
   return p;
 }
@@ -286,7 +285,7 @@ double ReturnMap::rounding(const ReturnPoint& p) const {
 ReturnPoint ReturnMap::value(const SectionState& s, int steps) const {
   ReturnPoint p;
   p.state = s;
-  p.end = run_for(s, length_, steps, {});
+  p.end = motion(s, s.t + length_, steps);
   p.failure = p.end.stopped;
   if (p.failure.empty()) p.failure = compare_contacts(p);
   if (p.failure.empty()) compare_states(p);

@@ -138,6 +138,9 @@ class ReturnMap {
   double accepted(const ReturnPoint& p) const;
   /// The map at a state without its derivative.
   ReturnPoint value(const SectionState& s, int steps) const;
+  /// The motion to another time `end` (s). `steps`: least number of steps in the length of the map; 0: the
+  /// scheme chooses them.
+  EndState motion(const SectionState& s, double end, int steps, std::vector<VariedKey> keys = {}) const;
   /// The motion to another time t (s) of the section, whose columns carry a tangent of a branch along.
   ReturnPoint until(const SectionState& s, double t, int steps, const MapKey* key) const;
 
@@ -148,7 +151,6 @@ class ReturnMap {
   ReturnPoint run(const SectionState& s, double length, int steps, const MapKey* key, bool to_return) const;
   double time_unit() const;
   VariedKey direction(const SectionState& s, Eigen::Index c) const;
-  EndState run_for(const SectionState& s, double length, int steps, std::vector<VariedKey> keys) const;
   std::string take_retained(const SectionState& s);
   std::size_t list_size() const;
   std::size_t place_of_retained(std::size_t i) const;
