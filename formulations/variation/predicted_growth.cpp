@@ -44,13 +44,14 @@ bool reduces_coordinates(const EventDynamics& d) {
 }
 
 PredictedGrowth::PredictedGrowth(const OwnCoordinates& own, std::vector<double> restitution,
-                                 const EventDriven& scheme)
+                                 const EventDriven& scheme, std::shared_ptr<SystemTangent> traced)
     : own_(own),
       restitution_(std::move(restitution)),
       probe_(scheme.dynamics().twin()),
       system_(probe_->system),
       dissipates_(system_.has_velocity_forces() || system_.states() > 0 || system_.has_velocity_flows() ||
                   probe_->films.any()) {
+  probe_->use_tangent(std::move(traced));
   if (reduces_coordinates(scheme.dynamics()))
     leave_unknown("contacts last or joints stick, without own coordinates");
 }
@@ -67,47 +68,29 @@ void PredictedGrowth::end_step(const EventDriven& scheme) {
   logs_.flow += sum * h / 18;
 }
 
-/// tr(Zᵀ ∂F/∂v Z) + tr(∂ż/∂z), by differences of the right-hand side along the own velocities: without
-/// tangent vectors, and without the dual numbers of their equations.
+/// tr(Zᵀ ∂F/∂v Z) + tr(∂ż/∂z), without tangent vectors.
 double PredictedGrowth::divergence(const Vector& x, double t) {
   const auto Z = own_.motions(x, t);
   const int n = system_.n();
-  const double speed = curved_speed(*probe_, x);
-  const double arm = system_.size();
-  Vector centre(x.size());
-  (*probe_)(x, centre, t);
-  const auto slope = [&](double h, const Vector& along) {
-    return difference(h, centre,
-                      [&](std::size_t i) {
-                        auto y = x;
-                        for (std::size_t k = 0; k < y.size(); ++k)
-                          y[k] += difference_places[i] * h * along[k];
-                        Vector out(y.size());
-                        (*probe_)(y, out, t);
-                        return out;
-                      })
-        .slope;
-  };
+  const auto motions = static_cast<std::size_t>(Z.cols()),
+             states = static_cast<std::size_t>(system_.states());
+  const auto flows = static_cast<std::size_t>(probe_->state_offset());
+  std::vector<Vector> along(motions + states, Vector(x.size()));
+  for (int i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < motions; ++j)
+      along[j][n + i] = Z(i, static_cast<Eigen::Index>(j)) / std::sqrt(system_.mass()[i]);
+  for (std::size_t k = 0; k < states; ++k) along[motions + k][flows + k] = 1;
+  auto change = along;
+  probe_->directional(x, t, along, change);
   double sum = 0;
-  for (Eigen::Index j = 0; j < Z.cols(); ++j) {
-    Vector along(x.size());
-    double most = 0;
-    for (int i = 0; i < n; ++i) {
-      along[n + i] = Z(i, j) / std::sqrt(system_.mass()[i]);
-      most = std::max(most, std::abs(along[n + i]) * (system_.is_angle(i) ? arm : 1));
-    }
-    const auto change = slope(small_change * speed / most, along);
-    for (int i = 0; i < n; ++i) sum += Z(i, j) * std::sqrt(system_.mass()[i]) * change[n + i];
-  }
-  for (int k = 0; k < system_.states(); ++k) {
-    const auto place = static_cast<std::size_t>(probe_->state_offset()) + static_cast<std::size_t>(k);
-    Vector along(x.size());
-    along[place] = 1;
-    sum += slope(small_change * system_.state_scale(k), along)[place];
-  }
+  for (std::size_t j = 0; j < motions; ++j)
+    for (int i = 0; i < n; ++i)
+      sum += Z(i, static_cast<Eigen::Index>(j)) * std::sqrt(system_.mass()[i]) * change[j][n + i];
+  for (std::size_t k = 0; k < states; ++k) sum += change[motions + k][flows + k];
   return sum;
 }
 
+/// The contribution of an event. `probe_` has the mode before.
 void PredictedGrowth::pass(const EventDynamics& d, const Variation::Passed& p) {
   if (!logs_.unknown.empty()) return;
   std::vector<int> onsets;

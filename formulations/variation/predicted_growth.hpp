@@ -32,8 +32,10 @@ class PredictedGrowth {
     double flow = 0, impacts = 0;
     std::string unknown;  ///< why they do not exist; empty if they do
   };
-  /// From a mode on. `restitution`: of each contact.
-  PredictedGrowth(const OwnCoordinates& own, std::vector<double> restitution, const EventDriven& scheme);
+  /// From a mode on. `restitution`: of each contact; `traced`: null, or with as many parameters as own
+  /// coordinates.
+  PredictedGrowth(const OwnCoordinates& own, std::vector<double> restitution, const EventDriven& scheme,
+                  std::shared_ptr<SystemTangent> traced);
   const Logs& logs() const { return logs_; }
   /// Before and after a step.
   void begin_step(const EventDynamics& mode) { take_varied_mode(*probe_, mode); }

@@ -84,7 +84,8 @@ void TangentRun::vary(const std::vector<Vector>& vectors) {
   auto& variation = std::get<0>(motion_)->variation();
   variation.impact_error = events_.impact_error;
   if (events_.predict) {
-    growth_.emplace(own_, restitution_of(run_), *events());
+    growth_.emplace(own_, restitution_of(run_), *events(),
+                    run_.equations->of(run_.system, keys, now(), SystemTangent::Use::modes));
     variation.on_event = [this](const EventDynamics& d, const Variation::Passed& p) { growth_->pass(d, p); };
   }
   variation.project_columns(events()->dynamics(), x(), t());

@@ -13,6 +13,28 @@
 #include "numerics/bracketed_root.hpp"
 
 namespace freeplay {
+namespace {
+
+/// y = x + h Σ weights[j] f(j) over the first `count` of six stages, in their order.
+template <std::size_t count = 6, class Stage>
+void combine(std::vector<double>& y, const std::vector<double>& x, double h, const double* weights,
+             std::size_t stages, const Stage& f) {
+  if constexpr (count > 0) {
+    if (stages < count) return combine<count - 1>(y, x, h, weights, stages, f);
+    using Array = Eigen::Map<const Eigen::ArrayXd>;
+    const auto size = static_cast<Eigen::Index>(x.size());
+    const auto sum = [&]<std::size_t... J>(std::index_sequence<J...>) {
+      Eigen::Map<Eigen::ArrayXd>(y.data(), size) =
+          (Array(x.data(), size) + ... + (h * weights[J] * Array(f(J).data(), size)));
+    };
+    y.resize(x.size());
+    sum(std::make_index_sequence<count>());
+  } else {
+    y = x;
+  }
+}
+
+}  // namespace
 
 template <class Dynamics>
 VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
@@ -68,9 +90,7 @@ std::vector<double> VariedColumns<Dynamics>::slopes_at(double t, std::vector<Vec
     f = probe_->directional(stage_, t, seeds_, slopes);
   evaluations_ += 1 + static_cast<long>(keys_.size());
   for (std::size_t c = 0; c < keys_.size(); ++c) {
-    if (!open(c)) continue;
-    if constexpr (requires { probe_->includes_parameter(c); })
-      if (probe_->includes_parameter(c)) continue;
+    if (!open(c) || !displaced_[c][0] || probe_->includes_parameter(c)) continue;
     parameter_part(c, stage_, t, f, part_);
     add_multiple(slopes[c], 1, part_);
   }
@@ -120,13 +140,12 @@ bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, dou
   constexpr double accepted = 1e-9;
   const double speed = curved_speed(*probe_, x_old);
   if (error_of(Stages::third, h, speed) <= accepted) return false;
-  stage_ = x_old;
-  for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(stage_, h * Stages::b[i], f_[i]);
-  for (std::size_t c = 0; c < keys_.size(); ++c) {
-    seeds_[c] = S_[c];
-    for (std::size_t i = 0; open(c) && i < f_.size(); ++i)
-      add_multiple(seeds_[c], h * Stages::b[i], slopes_[i][c]);
-  }
+  combine(
+      stage_, x_old, h, Stages::b, 6, [&](std::size_t i) -> auto& { return f_[i]; });
+  for (std::size_t c = 0; c < keys_.size(); ++c)
+    combine(
+        seeds_[c], S_[c], h, Stages::b,
+        open(c) ? 6 : 0, [&](std::size_t i) -> auto& { return slopes_[i][c]; });
   slopes_at(t_old + h, last_slopes_);
   return error_of(Stages::fourth, h, speed) > accepted;
 }
@@ -140,13 +159,12 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   const auto rates = integrals_.empty() ? std::vector<Vector>() : integral_rates_;
   for (std::size_t i = 0; i < f_.size(); ++i) {
     const double at = t_old + Stages::c[i] * h;
-    stage_ = x_old;
-    for (std::size_t j = 0; j < i; ++j) add_multiple(stage_, h * Stages::a[i][j], f_[j]);
-    for (std::size_t c = 0; c < keys_.size(); ++c) {
-      seeds_[c] = S_[c];
-      if (!open(c)) continue;
-      for (std::size_t j = 0; j < i; ++j) add_multiple(seeds_[c], h * Stages::a[i][j], slopes_[j][c]);
-    }
+    combine(
+        stage_, x_old, h, Stages::a[i], i, [&](std::size_t j) -> auto& { return f_[j]; });
+    for (std::size_t c = 0; c < keys_.size(); ++c)
+      combine(
+          seeds_[c], S_[c], h, Stages::a[i],
+          open(c) ? i : 0, [&](std::size_t j) -> auto& { return slopes_[j][c]; });
     f_[i] = slopes_at(at, slopes_[i]);
     if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], i, stage_, at);
   }
@@ -158,12 +176,14 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   }
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
-    for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(S_[c], h * Stages::b[i], slopes_[i][c]);
+    combine(
+        S_[c], S_[c], h, Stages::b, 6, [&](std::size_t i) -> auto& { return slopes_[i][c]; });
     if (!std::ranges::all_of(S_[c], [](double s) { return std::isfinite(s); }))
       refuse(c, fmt::format("t = {:.9g} s: the derivative is no longer finite", t_old + h));
   }
-  auto x = x_old;
-  for (std::size_t i = 0; i < f_.size(); ++i) add_multiple(x, h * Stages::b[i], f_[i]);
+  Vector x;
+  combine(
+      x, x_old, h, Stages::b, 6, [&](std::size_t i) -> auto& { return f_[i]; });
   if (peaks_.any()) peaks_.advance(h, f_, slopes_);
   return x;
 }
@@ -172,14 +192,15 @@ template <class Dynamics>
 std::vector<double> VariedColumns<Dynamics>::flow(const Vector& x, double t, double h) {
   using Stages = DormandPrince;
   for (std::size_t i = 0; i < trial_.size(); ++i) {
-    stage_ = x;
-    for (std::size_t j = 0; j < i; ++j) add_multiple(stage_, h * Stages::a[i][j], trial_[j]);
+    combine(
+        stage_, x, h, Stages::a[i], i, [&](std::size_t j) -> auto& { return trial_[j]; });
     trial_[i].resize(x.size());
     (*probe_)(stage_, trial_[i], t + Stages::c[i] * h);
   }
   evaluations_ += static_cast<long>(trial_.size());
-  auto y = x;
-  for (std::size_t i = 0; i < trial_.size(); ++i) add_multiple(y, h * Stages::b[i], trial_[i]);
+  Vector y;
+  combine(
+      y, x, h, Stages::b, 6, [&](std::size_t i) -> auto& { return trial_[i]; });
   return y;
 }
 
