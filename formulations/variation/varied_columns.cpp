@@ -15,8 +15,8 @@
 namespace freeplay {
 namespace {
 
-/// y = x + h Σ weights[j] f(j) over the first `count` of six stages, in their order.
-template <std::size_t count = 6, class Stage>
+/// y = x + h Σ weights[j] f(j) over the first `stages`, at most seven, in their order.
+template <std::size_t count = 7, class Stage>
 void combine(std::vector<double>& y, const std::vector<double>& x, double h, const double* weights,
              std::size_t stages, const Stage& f) {
   if constexpr (count > 0) {
@@ -101,7 +101,7 @@ std::vector<double> VariedColumns<Dynamics>::slopes_at(double t, std::vector<Vec
 /// the weights of an embedded formula.
 template <class Dynamics>
 template <std::size_t stages>
-double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double h, double speed) const {
+double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double h, double speed) {
   constexpr double negligible = 1e-6;  // of lengths and speeds, by a significant change of the key
   const auto n = static_cast<std::size_t>(probe_->system.n()),
              states = static_cast<std::size_t>(probe_->system.states()),
@@ -109,36 +109,37 @@ double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double
   double greatest = 0;
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
+    part_.assign(size_, 0);
+    combine(
+        part_, part_, 1, weights,
+        stages, [&](std::size_t i) -> auto& { return (i < slopes_.size() ? slopes_[i] : last_slopes_)[c]; });
     const double share = negligible / keys_[c].scale();
+    const auto &S = S_[c], &slope = slopes_[0][c];
     double error[2] = {}, size[2] = {share * length_, share * speed};
-    const auto error_in = [&](std::size_t k) {
-      double e = 0;
-      for (std::size_t i = 0; i < stages; ++i)
-        if (weights[i] != 0) e += weights[i] * (i < slopes_.size() ? slopes_[i] : last_slopes_)[c][k];
-      return std::abs(h * e);
-    };
     for (std::size_t k = 0; k < 2 * n; ++k) {
       const auto rate = static_cast<std::size_t>(k >= n);
-      error[rate] = std::max(error[rate], error_in(k));
-      size[rate] = std::max({size[rate], std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])});
+      error[rate] = std::max(error[rate], std::abs(h * part_[k]));
+      size[rate] = std::max({size[rate], std::abs(S[k]), std::abs(h * slope[k])});
     }
     size[0] = std::max(size[0], std::abs(h) * size[1]);
     greatest = std::max({greatest, error[0] / size[0], error[1] / size[1]});
     for (std::size_t k = offset; k < offset + states; ++k) {
       const double least = share * probe_->system.state_scale(static_cast<int>(k - offset));
-      greatest = std::max(
-          greatest, error_in(k) / std::max({least, std::abs(S_[c][k]), std::abs(h * slopes_[0][c][k])}));
+      greatest = std::max(greatest,
+                          std::abs(h * part_[k]) / std::max({least, std::abs(S[k]), std::abs(h * slope[k])}));
     }
   }
   return greatest;
 }
 
-/// Whether the columns vary faster than the step resolves, as about a rest or at a kink of the forces.
+/// Whether the columns vary faster than the step resolves, as about a rest or at a kink of the forces. Sets
+/// the length up to which the next steps are expected to resolve them.
 template <class Dynamics>
 bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, double h) {
   using Stages = DormandPrince;
-  constexpr double accepted = 1e-9;
-  const double speed = curved_speed(*probe_, x_old);
+  constexpr double accepted = 1e-9, of_twice = 1.0 / 64;  // its error would be 32 times as great
+  const double speed = curved_speed(*probe_, x_old), length = std::abs(h);
+  resolved_ = 2 * length;
   if (error_of(Stages::third, h, speed) <= accepted) return false;
   combine(
       stage_, x_old, h, Stages::b, 6, [&](std::size_t i) -> auto& { return f_[i]; });
@@ -146,8 +147,14 @@ bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, dou
     combine(
         seeds_[c], S_[c], h, Stages::b,
         open(c) ? 6 : 0, [&](std::size_t i) -> auto& { return slopes_[i][c]; });
-  slopes_at(t_old + h, last_slopes_);
-  return error_of(Stages::fourth, h, speed) > accepted;
+  last_f_ = slopes_at(t_old + h, last_slopes_);
+  const double error = error_of(Stages::fourth, h, speed);
+  if (error > accepted)
+    resolved_ = 0.5 * length;
+  else if (error > of_twice * accepted)
+    resolved_ = length;
+  ends_ = !(error > accepted);
+  return error > accepted;
 }
 
 template <class Dynamics>
@@ -155,6 +162,12 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
                                                             int halvings) {
   using Stages = DormandPrince;
   constexpr int most_halvings = 24;  // a kink of the forces then has an error of 1e-7 of that of the step
+  const auto in_halves = [&] {
+    const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
+    return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
+  };
+  if (halvings == 0) begun_ = false;
+  if (halvings < most_halvings && std::abs(h) > 1.5 * resolved_) return in_halves();
   const auto integrals = integrals_;
   const auto rates = integrals_.empty() ? std::vector<Vector>() : integral_rates_;
   for (std::size_t i = 0; i < f_.size(); ++i) {
@@ -165,14 +178,15 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
       combine(
           seeds_[c], S_[c], h, Stages::a[i],
           open(c) ? i : 0, [&](std::size_t j) -> auto& { return slopes_[j][c]; });
-    f_[i] = slopes_at(at, slopes_[i]);
+    if (!std::exchange(begun_, false)) f_[i] = slopes_at(at, slopes_[i]);
     if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], i, stage_, at);
   }
+  ends_ = false;
   if (halvings < most_halvings && varies_fast(x_old, t_old, h)) {
     integrals_ = integrals;
     if (!rates.empty()) integral_rates_ = rates;
-    const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
-    return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
+    begun_ = true;
+    return in_halves();
   }
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;
@@ -185,6 +199,10 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
   combine(
       x, x_old, h, Stages::b, 6, [&](std::size_t i) -> auto& { return f_[i]; });
   if (peaks_.any()) peaks_.advance(h, f_, slopes_);
+  if ((begun_ = ends_)) {
+    std::swap(f_[0], last_f_);
+    std::swap(slopes_[0], last_slopes_);
+  }
   return x;
 }
 

@@ -319,7 +319,7 @@ class VariedColumns : public DerivativeColumns {
   bool displace_closer(std::size_t c);
   Vector slopes_at(double t, std::vector<Vector>& slopes);
   template <std::size_t stages>
-  double error_of(const double (&weights)[stages], double h, double speed) const;
+  double error_of(const double (&weights)[stages], double h, double speed);
   bool varies_fast(const Vector& x_old, double t_old, double h);
   std::vector<std::vector<Closer>> closer_;
   void integrate(double weight, std::size_t stage, const Vector& x, double t);
@@ -327,7 +327,11 @@ class VariedColumns : public DerivativeColumns {
 
   Vector stage_, part_;
   std::array<std::vector<Vector>, 6> slopes_;
-  std::vector<Vector> seeds_, last_slopes_;  // last_slopes_: at the end of a step
+  std::vector<Vector> seeds_;
+  Vector last_f_;                      // at the end of a step, if ends_
+  std::vector<Vector> last_slopes_;    // likewise
+  bool ends_ = false, begun_ = false;  // begun_: f_[0] and slopes_[0] are those at the beginning of a step
+  double resolved_ = INFINITY;         // s, length up to which steps are expected to resolve the columns
 };
 
 }  // namespace freeplay
