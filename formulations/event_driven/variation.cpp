@@ -3,24 +3,15 @@
 #include <utility>
 
 namespace freeplay {
-namespace {
-
-std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> displaced_twins(
-    const EventDynamics& d, const std::vector<VariedKey>& keys) {
-  std::vector<std::array<std::unique_ptr<EventDynamics>, 4>> all;
-  for (const auto& key : keys) {
-    auto& displaced = all.emplace_back();
-    for (std::size_t i = 0; i < displaced.size(); ++i)
-      if (key.systems[i]) displaced[i] = d.twin_of(*key.systems[i]);
-  }
-  return all;
-}
-
-}  // namespace
 
 Variation::Variation(const EventDynamics& d, const std::vector<VariedKey>& keys,
                      std::vector<Column> integrands, double length, double duration)
-    : VariedColumns(d.twin(), keys, displaced_twins(d, keys), std::move(integrands), length, duration),
+    : VariedColumns(
+          d.twin(), keys,
+          [](EventDynamics& probe, const VariedKey& key, std::size_t i) {
+            return probe.twin_of(*key.systems[i]);
+          },
+          std::move(integrands), length, duration),
       after_(d.twin()),
       loss_(keys.size()) {
   twin_of_ = [this](const System& system) {
@@ -37,11 +28,6 @@ void Variation::advance(const EventDynamics& d, double t_old, const Vector& x_ol
   if (!mode_known_) take_mode(d);
   take_knot(d.system, t_old, d.knot);
   advance_watched(t_old, x_old, h);
-}
-
-std::vector<Variation::Vector> Variation::end_columns(const EventDynamics& d, const Vector& x, double t) {
-  mode_known_ = false;
-  return VariedColumns::end_columns(d, x, t);
 }
 
 void Variation::project_columns(const EventDynamics& d, const Vector& x, double t) {

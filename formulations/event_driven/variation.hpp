@@ -87,19 +87,11 @@ class Variation : public VariedColumns<EventDynamics> {
   }
   /// Called at each event, with the dynamics in the mode after it.
   std::function<void(const EventDynamics&, const Passed&)> on_event;
-  /// Errors of impacts, to which the columns respond as to those of a parameter: an impact is late by
-  /// `delay` (s), and its change of the velocities too great by the share `excess`.
-  struct ImpactError {
-    double delay = 0, excess = 0;
-  };
+  /// Errors of impacts, to which the columns respond as to those of a parameter.
   std::function<ImpactError(int contact)> impact_error;
   /// Projects the columns onto the constraints of the present mode, as the motion is projected: removes
   /// their drift. x and t are the present ones.
   void project_columns(const EventDynamics& dynamics, const Vector& x, double t);
-  const std::vector<VariedKey>& keys() const { return keys_; }
-  /// dx/dp of all columns at the end of the run, at x and t in the present mode. A column without a
-  /// derivative is zero.
-  std::vector<Vector> end_columns(const EventDynamics& dynamics, const Vector& x, double t);
   /// Sum of the energies lost in contacts, which x does not contain.
   const Vector& contact_loss() const { return loss_; }
 

@@ -25,36 +25,24 @@ constexpr int most_parts = 1024;
 
 }  // namespace
 
-PenaltyVariation::Twins PenaltyVariation::make_twins(const PenaltyParts& run, const State& start,
-                                                     const std::vector<VariedKey>& keys) {
-  const auto& d = run.steps->dynamics();
-  Twins twins{std::make_unique<ExtendedPenalty>(d.twin(), run.speed_scale), {}};
-  for (const auto& key : keys) {
-    auto& displaced = twins.displaced.emplace_back();
-    for (std::size_t i = 0; i < displaced.size(); ++i)
-      if (key.systems[i])
-        displaced[i] = std::make_unique<ExtendedPenalty>(
-            displaced_penalty(d, *key.scenes[i], *key.systems[i], start), run.speed_scale, twins.probe.get());
-  }
-  return twins;
-}
-
 PenaltyVariation::PenaltyVariation(const PenaltyParts& run, const Scene& scene, const State& start,
                                    const std::vector<VariedKey>& keys, std::vector<Column> integrands,
                                    double length, double duration)
-    : PenaltyVariation(make_twins(run, start, keys), run, keys, std::move(integrands), length, duration) {
-  begin(scene, start.t, run.resumed);
-}
-
-PenaltyVariation::PenaltyVariation(Twins twins, const PenaltyParts& run, const std::vector<VariedKey>& keys,
-                                   std::vector<Column> integrands, double length, double duration)
-    : VariedColumns(std::move(twins.probe), keys, std::move(twins.displaced), std::move(integrands), length,
-                    duration),
+    : VariedColumns(
+          std::make_unique<ExtendedPenalty>(run.steps->dynamics().twin(), run.speed_scale), keys,
+          [&](ExtendedPenalty& probe, const VariedKey& key, std::size_t i) {
+            return std::make_unique<ExtendedPenalty>(
+                displaced_penalty(run.steps->dynamics(), *key.scenes[i], *key.systems[i], start),
+                run.speed_scale, &probe);
+          },
+          std::move(integrands), length, duration),
       run_(*run.steps),
       norm_(run.norm),
       v0_floor_(run.v0_floor),
       after_(std::make_unique<ExtendedPenalty>(run_.dynamics().twin(), run.speed_scale)),
-      impulses_(run_.dynamics().contacts().size()) {}
+      impulses_(run_.dynamics().contacts().size()) {
+  begin(scene, start.t, run.resumed);
+}
 
 void PenaltyVariation::trace(TracedEquations& traced, const State& near) {
   std::vector<PenaltyDynamics::DisplacedLaws> laws;

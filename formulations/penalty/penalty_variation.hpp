@@ -55,13 +55,6 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
     double begin = 0;
     Vector slope;  // of `begin`
   };
-  struct Twins {
-    std::unique_ptr<ExtendedPenalty> probe;
-    std::vector<Displaced> displaced;  ///< refer to the probe
-  };
-  static Twins make_twins(const PenaltyParts& run, const State& start, const std::vector<VariedKey>& keys);
-  PenaltyVariation(Twins twins, const PenaltyParts& run, const std::vector<VariedKey>& keys,
-                   std::vector<Column> integrands, double length, double duration);
   Vector with_retained(const PenaltyDynamics& d) const;
   void begin(const Scene& scene, double t, bool resumed);
   int parts(const Vector& x, double t, double h, const Vector& end);

@@ -77,16 +77,13 @@ void take_end(const SensitivityRun& run, Scheme& scheme, EndState& end) {
   add_states(norm, system, 2 * n);
   for (std::size_t i = 0; i < static_cast<std::size_t>(2 * n + states); ++i)
     end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
-  end.potential = system.potential(x.data());
-  end.kinetic = system.kinetic(x.data() + n);
   for (std::size_t c = 0; c < run.keys.size(); ++c)
     if (end.refused.empty()) end.refused = variation.reason(c);
   if (end.refused.empty())
     for (const auto& column : variation.end_columns(d, x, scheme.t())) end.columns.push_back(parts(column));
   for (auto* part : scheme.variations())
-    for (const auto& onset : part->onsets())
-      end.onsets.push_back({onset.contact, onset.t, onset.rate, onset.dt, onset.drate});
-  std::ranges::stable_sort(end.onsets, {}, &EndState::Onset::t);
+    end.onsets.insert(end.onsets.end(), part->onsets().begin(), part->onsets().end());
+  std::ranges::stable_sort(end.onsets, {}, &VariedOnset::t);
 }
 
 /// What a scheme observes in each step beside the columns.

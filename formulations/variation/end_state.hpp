@@ -11,11 +11,6 @@ namespace freeplay {
 
 /// The state at the end of a run, with derivatives.
 struct EndState {
-  struct Onset {
-    int contact = 0;
-    double t = 0, rate = 0;         ///< s; m/s, rate of the gap, negative
-    std::vector<double> dt, drate;  ///< one for each key; NaN where there is none
-  };
   /// A contact that was closed during the whole run, and its normal force.
   struct Lasting {
     int contact = 0;
@@ -26,17 +21,16 @@ struct EndState {
   /// d(q, v, z)/dp, one list for each key; of penalty runs also that of (v₀, mass) of each contact
   std::vector<std::vector<double>> columns;
   std::vector<double> scales;         ///< of the same, as the tolerance of the scheme has them
-  std::vector<Onset> onsets;          ///< of contacts, in the order of time
+  std::vector<VariedOnset> onsets;    ///< of contacts, in the order of time
   std::vector<Lasting> lasting;       ///< in the order of contacts; not of time stepping
   std::vector<PenaltyMode> contacts;  ///< of all contacts; of penalty runs only
   /// Of each contact of a penalty run: whether it began or had an impact, which renews v₀ and the mass, and
   /// whether its force depends on them.
   std::vector<char> renewed, retains;
-  double potential = 0, kinetic = 0;  ///< J
-  double fastest = 0;                 ///< greatest rate of a coordinate
-  bool stepped = false;               ///< whether time stepping made a step
-  std::string stopped;                ///< reason of a stop before the end; empty if there is none
-  std::string refused;                ///< reason why a derivative does not exist; empty if all do
+  double fastest = 0;    ///< greatest rate of a coordinate
+  bool stepped = false;  ///< whether time stepping made a step
+  std::string stopped;   ///< reason of a stop before the end; empty if there is none
+  std::string refused;   ///< reason why a derivative does not exist; empty if all do
 };
 /// Runs as run_sensitivities() does, by the scheme of the scene, for the state at the end of the run; the
 /// quantities are not evaluated.

@@ -88,6 +88,12 @@ struct VariedQuantity {
   PeakChannel channel = {};
 };
 
+/// Error of an impact: it is late, and its change of the velocities too great by a share.
+struct ImpactError {
+  double delay = 0;  ///< s
+  double excess = 0;
+};
+
 /// Contact onset: value and derivatives of time, approach rate and normal impulse.
 struct VariedOnset {
   int contact = 0;

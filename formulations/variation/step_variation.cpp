@@ -155,8 +155,7 @@ void StepVariation::close_at_start(const Step& s) {
     mode_.contacts[k].slip = c.slip;
   }
   for (std::size_t k = 0; k < s.slips.size(); ++k) mode_.preloaded[k].slip = s.slips[k];
-  const std::vector<int> none;
-  pass(mode_, {{}, s.t_old, s.x_old, s.x_old, none, none, impacts_});
+  pass_at(s.x_old, {ModeEvent::Kind::none, -1, s.t_old});
 }
 
 /// Pieces of torque tables and one-way forces at the beginning of a step. Where a force jumps between them, S
@@ -164,7 +163,6 @@ void StepVariation::close_at_start(const Step& s) {
 void StepVariation::follow_phases(const Vector& x, double t, double h) {
   if (!mode_.phases.any()) return;
   using Kind = ModeEvent::Kind;
-  const std::vector<int> none;
   auto now = mode_.phases;
   now.start(mode_.system, x.data(), x.data() + mode_.system.n());
   for (int k = 0; k < mode_.system.phases(); ++k)
@@ -182,7 +180,7 @@ void StepVariation::follow_phases(const Vector& x, double t, double h) {
       const ModeEvent event{up ? Kind::phase_up : Kind::phase_down, k, t + tau.value_or(0)};
       const auto last = up ? here.high : here.low;
       mode_.phases.cross(mode_.system, {k, up, event.t});
-      pass(mode_, {event, event.t, y, y, none, none, impacts_});
+      pass_at(y, event);
       if (!(up ? mode_.phases.pieces()[k].low >= last : mode_.phases.pieces()[k].high <= last)) break;
     }
   mode_.phases = std::move(now);
@@ -192,7 +190,6 @@ void StepVariation::follow_phases(const Vector& x, double t, double h) {
 /// there.
 void StepVariation::follow_limits(const Vector& x, double t, double h) {
   using Kind = ModeEvent::Kind;
-  const std::vector<int> none;
   demands_.resize(static_cast<std::size_t>(mode_.system.limiters()), NAN);
   for (int k = 0; k < mode_.system.limiters(); ++k) {
     const double now = demand(mode_, k, x, t),
@@ -211,7 +208,7 @@ void StepVariation::follow_limits(const Vector& x, double t, double h) {
       const auto tau = root_within(x, t, 2 * h, left);
       const auto y = tau ? flow(x, t, *tau) : x;
       const ModeEvent event{border > 0 ? Kind::limit_up : Kind::limit_down, k, t + tau.value_or(0)};
-      pass(mode_, {event, event.t, y, y, none, none, impacts_});
+      pass_at(y, event);
     }
   }
 }
@@ -297,10 +294,7 @@ double StepVariation::end_sliding(const Step& s, Vector& x) {
     else
       mode_.preloaded[e.index].slip = s.slips[place];
   }
-  if (tau) {
-    const std::vector<int> none;
-    pass(mode_, {event, t, x, x, none, none, impacts_});
-  }
+  if (tau) pass_at(x, event);
   begin_mode();
   if (!turns) project_columns(x, t);
   return t;

@@ -99,6 +99,11 @@ class StepVariation : public Variation {
   void advance(Vector& x, double& t, double to);
   void record(const Step& s, int k, const std::string& why);
   void begin_mode() { begin_event(mode_); }
+  /// Passes an event without an impact at x, where the motion goes on.
+  void pass_at(const Vector& x, const ModeEvent& event) {
+    const std::vector<int> none;
+    pass(mode_, {event, event.t, x, x, none, none, impacts_});
+  }
 
   EventDynamics& mode_;
   EventImpacts impacts_;

@@ -43,7 +43,7 @@ class TangentRun {
   struct Events {
     bool predict = true;  ///< whether predicted() is needed
     /// See Variation.
-    std::function<Variation::ImpactError(int contact)> impact_error = {};
+    std::function<ImpactError(int contact)> impact_error = {};
   };
 
   /// `run`: without keys. Scene, system and a store of traced equations must outlive this object.

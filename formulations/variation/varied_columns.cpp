@@ -38,11 +38,11 @@ void combine(std::vector<double>& y, const std::vector<double>& x, double h, con
 
 template <class Dynamics>
 VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
-                                       std::vector<Displaced> displaced, std::vector<Column> integrands,
+                                       const Displace& displace, std::vector<Column> integrands,
                                        double length, double duration)
     : DerivativeColumns(std::move(keys)),
       probe_(std::move(probe)),
-      displaced_(std::move(displaced)),
+      displaced_(keys_.size()),
       integrands_(std::move(integrands)),
       integrals_(integrands_.size()),
       integral_rates_(keys_.size(), Vector(integrands_.size())),
@@ -55,6 +55,8 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
     const auto& key = keys_[c];
     reasons_[c] = key.refused;
     auto& column = S_.emplace_back(size_);
+    for (std::size_t i = 0; i < displaced_[c].size(); ++i)
+      if (key.systems[i]) displaced_[c][i] = displace(*probe_, key, i);
     if (!key.refused.empty()) continue;
     std::copy_n(key.start.begin(), 2 * n, column.begin());
     std::copy_n(key.start.begin() + 2 * n, probe_->system.states(), column.begin() + probe_->state_offset());

@@ -139,12 +139,13 @@ class VariedColumns : public DerivativeColumns {
 
  protected:
   using Displaced = std::array<std::unique_ptr<Dynamics>, 4>;
-  /// `probe`: of the nominal system; `displaced`: null for initial values; `integrands`: columns whose
-  /// means are needed; `length` (m) and `duration` (s): scales over which functions of the state and of
-  /// time are curved.
-  VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys,
-                std::vector<Displaced> displaced, std::vector<Column> integrands, double length,
-                double duration);
+  /// The dynamics of the i-th displaced system of a key, beside those of the nominal one.
+  using Displace =
+      std::function<std::unique_ptr<Dynamics>(Dynamics& probe, const VariedKey& key, std::size_t i)>;
+  /// `probe`: of the nominal system; `integrands`: columns whose means are needed; `length` (m) and `duration`
+  /// (s): scales over which functions of the state and of time are curved.
+  VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys, const Displace& displace,
+                std::vector<Column> integrands, double length, double duration);
   ~VariedColumns() = default;
 
   /// Right-hand side and integrands on one side of an event.
@@ -279,7 +280,7 @@ class VariedColumns : public DerivativeColumns {
   }
 
   std::unique_ptr<Dynamics> probe_;
-  std::vector<Displaced> displaced_;
+  std::vector<Displaced> displaced_;  // null for initial values
   /// The dynamics of another value of a parameter, in the present mode; without it there are no closer
   /// values.
   std::function<std::unique_ptr<Dynamics>(const System&)> twin_of_;

@@ -34,11 +34,10 @@ Growth growth_of_impact_errors(const Scene& scene, const GrowthRequest& request)
   const auto& given = simulation.scene();
   const System system(given.mechanism);
   std::vector<std::size_t> impacts(request.errors.size());
-  const auto error_of = [&](int contact) -> Variation::ImpactError {
+  const auto error_of = [&](int contact) -> ImpactError {
     const auto k = static_cast<std::size_t>(contact);
     if (k >= impacts.size() || request.errors[k].empty()) return {};
-    const auto& error = request.errors[k][std::min(impacts[k]++, request.errors[k].size() - 1)];
-    return {error.delay, error.excess};
+    return request.errors[k][std::min(impacts[k]++, request.errors[k].size() - 1)];
   };
   TangentRun run({.scene = given,
                   .system = system,

@@ -6,17 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "formulations/variation/sensitivity.hpp"
 #include "values/stop.hpp"
 
 namespace freeplay {
 
 struct Scene;
-
-/// Error of an impact: it is late, and its change of the velocities too great by a share.
-struct ImpactError {
-  double delay = 0;  ///< s
-  double excess = 0;
-};
 
 struct GrowthRequest {
   /// of the successive impacts of each contact; the last one holds for those after

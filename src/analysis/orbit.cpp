@@ -95,8 +95,9 @@ bool wound(const System& system, const ReturnPoint& p) {
     unwound[i] -= turns * turn;
   }
   const double before = system.potential(unwound.data());
-  const double size = std::max({std::abs(before), std::abs(p.end.potential), p.end.kinetic});
-  return turned && std::abs(p.end.potential - before) > 1e-6 * size;
+  const double after = system.potential(p.end.state.q.data());
+  const double size = std::max({std::abs(before), std::abs(after), system.kinetic(p.end.state.v.data())});
+  return turned && std::abs(after - before) > 1e-6 * size;
 }
 
 bool is_equilibrium(const ReturnMap& map, const ReturnPoint& p) {
