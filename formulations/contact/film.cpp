@@ -127,8 +127,8 @@ T Film::shear(const T& epsilon) const {
 }
 
 template Film::Force<double> Film::force(const double&, const double&, const double&) const;
-template Film::Force<Gradient> Film::force(const Gradient&, const Gradient&, const Gradient&) const;
+template Film::Force<Dual<4>> Film::force(const Dual<4>&, const Dual<4>&, const Dual<4>&) const;
 template double Film::shear(const double&) const;
-template Gradient Film::shear(const Gradient&) const;
+template Dual<4> Film::shear(const Dual<4>&) const;
 
 }  // namespace freeplay

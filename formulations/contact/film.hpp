@@ -47,7 +47,7 @@ struct Film {
     T radial = 0;      ///< N, on the journal along n (away from the bearing's centre)
     T tangential = 0;  ///< N, on the journal along t
   };
-  /// Force at the eccentricity ratio 0 ≤ ε < 1 and velocity w (m/s); T is double or Gradient.
+  /// Force at the eccentricity ratio 0 ≤ ε < 1 and velocity w (m/s); T is double or Dual<4>.
   template <class T>
   Force<T> force(const T& epsilon, const std::type_identity_t<T>& w_r,
                  const std::type_identity_t<T>& w_t) const;

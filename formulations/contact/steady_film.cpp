@@ -20,12 +20,12 @@ SteadyFilm::Matrix scaled(const SteadyFilm::Matrix& m, double factor) {
 }
 
 /// Film force on the journal along x and y.
-std::array<Gradient, 2> film_force_xy(const Film& film, const std::array<Gradient, 2>& e,
-                                      const std::array<Gradient, 2>& rate, double speed) {
-  const Gradient length = sqrt(e[0] * e[0] + e[1] * e[1]);
-  const Gradient nx = e[0] / length, ny = e[1] / length;
-  const auto f = film.force<Gradient>(length / film.clearance, nx * rate[0] + ny * rate[1],
-                                      nx * rate[1] - ny * rate[0] - 0.5 * speed * length);
+std::array<Dual<4>, 2> film_force_xy(const Film& film, const std::array<Dual<4>, 2>& e,
+                                     const std::array<Dual<4>, 2>& rate, double speed) {
+  const Dual<4> length = sqrt(e[0] * e[0] + e[1] * e[1]);
+  const Dual<4> nx = e[0] / length, ny = e[1] / length;
+  const auto f = film.force<Dual<4>>(length / film.clearance, nx * rate[0] + ny * rate[1],
+                                     nx * rate[1] - ny * rate[0] - 0.5 * speed * length);
   return {f.radial * nx - f.tangential * ny, f.radial * ny + f.tangential * nx};
 }
 
@@ -71,7 +71,7 @@ SteadyFilm steady_film(const Film& film, double ratio, double speed) {
   s.thickness = film.clearance - e;
   s.loss = film.shear<double>(ratio) * speed * speed + 0.5 * f.tangential * speed * e;
 
-  std::array<Gradient, 2> place{e * std::cos(s.attitude), e * std::sin(s.attitude)}, rate{};
+  std::array<Dual<4>, 2> place{e * std::cos(s.attitude), e * std::sin(s.attitude)}, rate{};
   for (int j = 0; j < 2; ++j) place[j].slope[j] = rate[j].slope[2 + j] = 1;
   const auto F = film_force_xy(film, place, rate, speed);
   for (int i = 0; i < 2; ++i)

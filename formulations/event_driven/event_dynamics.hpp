@@ -70,7 +70,8 @@ class EventDynamics : public ModeEquations {
   /// Derivatives of dx/dt in the present mode along `directions` of x, at constant t. Returns dx/dt.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<Vector> out);
-  /// From now on directional() evaluates traced equations where it can (dynamics/system_tangent.hpp).
+  /// From now on the derivatives are those of these traced equations (dynamics/system_tangent.hpp), and include
+  /// those by their parameters.
   void use_tangent(std::shared_ptr<SystemTangent> traced);
   /// Whether the derivatives of the last directional() along the c-th direction include those with respect to
   /// the c-th parameter of the SystemTangent.
@@ -141,23 +142,18 @@ class EventDynamics : public ModeEquations {
   /// operator(); `compiled`: by compiled functions if there are any. Otherwise `rows` has the active rows.
   void rate(const Vector& x, Vector& dxdt, double t, bool compiled);
   void begin_tangent(const Vector& x, double t);
-  void differentiate(const Vector& x, const Gradient& time, int directions, double* const* columns);
-  bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
-                            std::span<Vector> out);
-  struct Slopes;
-  void respond(const Vector& x, const Slopes& slopes, double* column);
+  void differentiate(const Vector& x, double t, std::span<const Vector> directions,
+                     std::span<const double> times, std::span<Vector> out);
+  struct ActingContact;
+  void respond(const Vector& x, int s, double* column);
 
   NonsmoothOptions options_;
   ModeMotion motion_;
   ModeChoice choice_;
   ImpactEquations impact_;
   ModeProjection projection_;
-  struct Tangent;  // work space of jacobian()
-  std::shared_ptr<Tangent> tangent_;
-  struct TracedTangent;
-  std::shared_ptr<TracedTangent> traced_room_;
-  std::shared_ptr<SystemTangent> traced_;  // null: none
-  bool along_traced_ = false;
+  struct Tangent;
+  std::shared_ptr<Tangent> tangent_;  // the traced equations and work space of derivatives, made at first use
 };
 
 /// WatchedForces: forces of an event-driven run for observers.

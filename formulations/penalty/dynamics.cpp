@@ -44,9 +44,9 @@ PenaltyDynamics::PenaltyDynamics(const System& system, const PenaltyOptions& opt
     baumgarte_ = {2 * options.alpha, options.beta * options.beta};
 }
 
-template <class T>
-void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t,
-                               PenaltyTerms<T>& terms, bool known) const {
+void PenaltyDynamics::evaluate(const double* q, const double* v, const double* bristle, const double* z,
+                               double t, bool known) {
+  auto& terms = terms_;
   auto& e = terms.e;
   if (!known) {
     system_.place(t, q, e, phases.pieces());
@@ -56,7 +56,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
   system_.flow(t, q, v, z, terms.flow.data(), {nullptr, phases.pieces()});
   terms.contact_work = terms.friction_loss = terms.film_loss = 0;
 
-  T* impulse = terms.impulse_rate.data();
+  double* impulse = terms.impulse_rate.data();
   for (int k = 0; k < system_.contacts(); ++k, impulse += 2) {
     impulse[0] = impulse[1] = 0;
     if (bristles_) terms.bristle_rate[k] = 0;
@@ -74,31 +74,29 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     if (!c.closed) continue;
     const auto* anchor = anchors ? &(*anchors)[static_cast<std::size_t>(k)] : nullptr;
     if (anchor ? !anchor->pressed : !(row.gap < 0) && !touching && !c.jumps()) continue;
-    const T rate = -row.normal.dot(v);
-    T delta = -row.gap;
+    const double rate = -row.normal.dot(v);
+    double delta = -row.gap;
     if (delta < 0 && (touching || !anchor)) delta = 0;  // beside an anchor the force is linear
-    const T elastic = c.law.elastic.force(anchor ? T(anchor->delta) : delta);
-    T force;
+    const double elastic = c.law.elastic.force(anchor ? anchor->delta : delta);
+    double force;
     if (anchor)
-      force = c.force_in_piece(anchor->delta, anchor->rate, value_of(elastic), anchor->normal > 0) +
+      force = c.force_in_piece(anchor->delta, anchor->rate, elastic, anchor->normal > 0) +
               anchor->normal_by_delta * (delta - anchor->delta) +
               anchor->normal_by_rate * (rate - anchor->rate);
-    else if (!terms.retained.empty())
-      force = c.force(delta, rate, elastic, terms.retained[2 * k], terms.retained[2 * k + 1]);
     else
       force = c.force(delta, rate, elastic);
     row.normal.add_to(e.force.data(), force);
     impulse[0] = force;
     if (c.law.dissipates()) terms.contact_work += force * rate;
     if (!c.rubs()) continue;
-    const T v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : T(0);
-    T tangential;
+    const double v_t = row.tangent.dot(v), z = bristles_ ? bristle[k] : 0;
+    double tangential;
     if (anchor) {
-      tangential = c.tangential_force(T(anchor->normal), T(anchor->v_t), z) +
+      tangential = c.tangential_force(anchor->normal, anchor->v_t, z) +
                    anchor->tangential_by_normal * (force - anchor->normal) +
                    anchor->tangential_by_v_t * (v_t - anchor->v_t);
       if (bristles_)
-        terms.bristle_rate[k] = c.bristle_rate(delta, rate, elastic, T(anchor->v_t), z) +
+        terms.bristle_rate[k] = c.bristle_rate(delta, rate, elastic, anchor->v_t, z) +
                                 anchor->bristle_by_v_t * (v_t - anchor->v_t);
     } else {
       tangential = c.tangential_force(force, v_t, z);
@@ -118,7 +116,7 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
       continue;
     }
     system_.friction(k, q, v, e, terms.slide);
-    const T u = terms.slide.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
+    const double u = terms.slide.dot(v), force = preloaded_friction(facts.bound, *facts.regularisation, u);
     terms.slide.add_to(e.force.data(), force);
     terms.friction_loss -= force * u;
   }
@@ -127,9 +125,6 @@ void PenaltyDynamics::evaluate(const T* q, const T* v, const T* bristle, const T
     terms.r[k] = e.gamma[k] - baumgarte_.two_alpha * terms.rate[k] - baumgarte_.beta_squared * e.phi[k];
   }
 }
-
-template void PenaltyDynamics::evaluate(const Gradient*, const Gradient*, const Gradient*, const Gradient*,
-                                        const Gradient&, PenaltyTerms<Gradient>&, bool) const;
 
 void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   t = std::min(t, knot);
@@ -141,7 +136,7 @@ void PenaltyDynamics::operator()(const Vector& x, Vector& dxdt, double t) {
   const bool known =
       kernel_.state(system_, saddle_, e, {t, q, v, z}, baumgarte, terms_.rate.data(), terms_.r.data());
   if (known) e.pieces = phases.pieces();
-  evaluate(q, v, q + bristle_offset(), z, t, terms_, known);
+  evaluate(q, v, q + bristle_offset(), z, t, known);
   evaluated_.set(x, t);
   ++work.factorisations;
   double* a = dxdt.data() + n;
@@ -192,7 +187,7 @@ double PenaltyDynamics::rounding_of_rows(const double* q, const double* v) const
   return 16 * std::numeric_limits<double>::epsilon() * most;
 }
 
-bool ReactiveFriction::add(PenaltyTerms<double>& terms, SaddlePoint& saddle, bool redundant, double* a,
+bool ReactiveFriction::add(PenaltyTerms& terms, SaddlePoint& saddle, bool redundant, double* a,
                            std::vector<double>& lambda) {
   if (!std::isfinite(a[0])) return true;  // solving for a failed, in this stage or an earlier one
   trouble = nullptr;
@@ -306,7 +301,7 @@ const ContactRow& ContactRows::alone(int k, const Vector& x) {
   return row_;
 }
 
-void ContactRows::place_end(const Vector& x, double t, const PenaltyTerms<double>* known,
+void ContactRows::place_end(const Vector& x, double t, const PenaltyTerms* known,
                             const std::vector<PenaltyContact>& contacts) {
   std::ranges::fill(end_known_, 0);
   if (!known) return end_.place(system_, x, t);

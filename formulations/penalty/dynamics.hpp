@@ -37,29 +37,25 @@ namespace freeplay {
 
 class SystemTangent;
 
-/// Quantities that depend on the state alone and are evaluated before the reactions; T is double,
-/// or Gradient for derivatives. Forces are in e.force.
-template <class T>
+/// Quantities that depend on the state alone and are evaluated before the reactions. Forces are in e.force.
 struct PenaltyTerms {
-  EvaluationOf<T> e;
-  std::vector<ContactRowOf<T>> rows;  ///< of each closed or lubricated contact
-  SparseRowOf<T> slide;
-  std::vector<T> impulse_rate;  ///< (F_N, F_T) of each contact
-  std::vector<T> bristle_rate, flow;
-  std::vector<T> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
-  T contact_work = 0, friction_loss = 0, film_loss = 0;
+  Evaluation e;
+  std::vector<ContactRow> rows;  ///< of each closed or lubricated contact
+  SparseRow slide;
+  std::vector<double> impulse_rate;  ///< (F_N, F_T) of each contact
+  std::vector<double> bristle_rate, flow;
+  std::vector<double> rate, r;  ///< G v + Φ_t and the right-hand side of G v̇ = r
+  double contact_work = 0, friction_loss = 0, film_loss = 0;
   /// Friction that its joint's reaction bounds, f = −factor·S(λ): its row, factor and sliding
   /// speed.
   struct Coupled {
-    SparseRowOf<T> row;
-    T factor = 0, u = 0;
+    SparseRow row;
+    double factor = 0, u = 0;
   };
   std::vector<Coupled> coupled;
-  /// (v₀, mass) of each contact as variables; empty: the numbers of its mode
-  std::vector<T> retained;
 
   PenaltyTerms(const System& system, int bristles)
-      : e(system.make_evaluation<T>()),
+      : e(system.make_evaluation()),
         rows(static_cast<std::size_t>(system.contacts())),
         impulse_rate(2 * system.contacts()),
         bristle_rate(bristles),
@@ -158,7 +154,7 @@ class ContactRows {
   /// @name All contacts at one state, which is evaluated once
   ///@{
   /// `known`: the terms there, with the rows of closed contacts; null: none.
-  void place_end(const Vector& x, double t, const PenaltyTerms<double>* known,
+  void place_end(const Vector& x, double t, const PenaltyTerms* known,
                  const std::vector<PenaltyContact>& contacts);
   bool is_end(const Vector& x, double t) const { return end_.at.is(x, t); }
   /// Gap, normal and tangent of contact k at the x of the last place_end().
@@ -216,8 +212,7 @@ struct ReactiveFriction {
         reaction(laws.size(), std::vector<double>(static_cast<std::size_t>(system.rows()))) {}
   /// Adds its effect to a, to λ and to the friction loss. Returns false if the coupled equations have no
   /// solution or several; `redundant`: the rows may be linearly dependent.
-  bool add(PenaltyTerms<double>& terms, SaddlePoint& saddle, bool redundant, double* a,
-           std::vector<double>& lambda);
+  bool add(PenaltyTerms& terms, SaddlePoint& saddle, bool redundant, double* a, std::vector<double>& lambda);
 };
 
 class PenaltyDynamics {
@@ -243,18 +238,16 @@ class PenaltyDynamics {
   /// directions continue after x with (v₀, mass) of each contact, on which dx/dt depends.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<const double> times, std::span<Vector> out);
-  /// From now on directional() evaluates traced equations where it can (dynamics/system_tangent.hpp).
-  /// `displaced`: of each parameter, dynamics with the contact laws at difference_places · spacing beside its
+  /// From now on the derivatives are those of these traced equations (dynamics/system_tangent.hpp), and include
+  /// those by their parameters. `displaced`: of each parameter, dynamics with the contact laws at difference_places · spacing beside its
   /// value; null: of none.
   struct DisplacedLaws {
     std::array<PenaltyDynamics*, 4> at{};
     double spacing = 0;
   };
   void use_tangent(std::shared_ptr<SystemTangent> traced, std::vector<DisplacedLaws> displaced);
-  /// From now on jacobian() evaluates equations that are traced near a state, where it can.
+  /// Traces these equations near a state, which otherwise happens where they are first needed.
   void trace_jacobian(const State& near);
-  /// Whether the last Jacobian or derivative is by traced equations.
-  bool jacobian_is_traced() const;
   /// Whether the derivatives of the last directional() along the c-th direction include those with respect to
   /// the c-th parameter.
   bool includes_parameter(std::size_t c) const;
@@ -352,38 +345,30 @@ class PenaltyDynamics {
   int bristles_ = 0;
   std::vector<PenaltyContact> contacts_;
   SaddlePoint saddle_;
-  PenaltyTerms<double> terms_;
+  PenaltyTerms terms_;
   ContactRows::Instant
       evaluated_;  // of the last right-hand side, which terms_ are of; t: NaN if they are not
   MotionKernel kernel_;
   std::vector<double> lambda_, r_, scratch_;
   // of the rows, in project() and effective_mass(); lambda_: reactions
   std::vector<double> impulse_;
-  struct Tangent {  // work space of jacobian()
-    PenaltyTerms<Gradient> terms;
-    std::vector<Gradient> state, reaction;
-    std::vector<double> slope, force, r, a, lambda, acceleration, friction;
-  };
-  std::unique_ptr<Tangent> tangent_;  // made at first use
+  struct Tangent;
+  std::shared_ptr<Tangent> tangent_;  // the traced equations and work space of derivatives, made at first use
   bool singular_ = false;
   ReactiveFriction friction_;
 
+  struct ActingContact;
+  struct RubbingJoint;
   void begin_tangent(const Vector& x, double t);
-  void differentiate(const Gradient& time, int directions, double* const* columns);
-  bool differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
-                            std::span<const double> times, std::span<Vector> out);
-  bool traced_jacobian(const Vector& x, double t, double* J, double* dfdt);
-  /// The place in x of an input of the equations: coordinates, rates, states of bristles and of elements.
-  int place_of_input(int i) const { return i < 2 * system_.n() ? i : bristle_offset() + i - 2 * system_.n(); }
-  struct PressedContact;
-  struct TracedTangent;
-  std::shared_ptr<TracedTangent> traced_;  // null: none
+  void press(ActingContact& p, double z, const double* v, std::size_t parameters) const;
+  void differentiate(const Vector& x, double t, std::span<const Vector> directions,
+                     std::span<const double> times, std::span<Vector> out);
+  void add_contact(std::size_t acting, int s, std::size_t c, const Vector& direction, double* column) const;
   double rounding_of_rows(const double* q, const double* v) const;
 
-  /// `known`: the evaluation of the System, rate and r.
-  template <class T>
-  void evaluate(const T* q, const T* v, const T* bristle, const T* z, const T& t, PenaltyTerms<T>& terms,
-                bool known = false) const;
+  /// Fills the terms; `known`: the evaluation of the System, rate and r are there already.
+  void evaluate(const double* q, const double* v, const double* bristle, const double* z, double t,
+                bool known);
 };
 
 }  // namespace freeplay

@@ -1,6 +1,12 @@
-// Derivatives of the right-hand side of the penalty formulation, exact to rounding. jacobian() takes the
-// unit vectors as directions, directional() any vectors, such as the columns of the variational equations
-// (penalty_variation.hpp).
+// Derivatives of the right-hand side of the penalty formulation, exact to rounding, by the traced equations
+// (dynamics/system_tangent.hpp). jacobian() takes the unit vectors as directions, directional() any vectors,
+// such as the columns of the variational equations (penalty_variation.hpp). The traced equations hold the
+// forces of contacts, films and joint friction; the derivatives of these follow from their laws, such as
+//
+//     dF_N = F_δ dδ + F_δ̇ dδ̇ + F_v₀ dv₀ + F_m dm + F_p,      dF_T likewise by F_N, v_T and the bristle,
+//
+// with F_p by differences of fourth order between the laws of the displaced parameter at the nominal depth
+// and rates.
 
 #include <algorithm>
 #include <array>
@@ -10,220 +16,75 @@
 
 #include "dynamics/system_tangent.hpp"
 #include "formulations/penalty/dynamics.hpp"
+#include "numerics/dual.hpp"
 
 namespace freeplay {
 namespace {
 
-constexpr int penalty_directions = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
+double along(const Dual<4>& f, double a, double b, double c, double d) {
+  return f.slope[0] * a + f.slope[1] * b + f.slope[2] * c + f.slope[3] * d;
+}
+
+/// Arguments of a law with their derivatives by each of them.
+std::array<Dual<4>, 4> arguments(double a, double b, double c, double d) {
+  std::array<Dual<4>, 4> x{a, b, c, d};
+  for (std::size_t i = 0; i < 4; ++i) x[i].slope[i] = 1;
+  return x;
+}
 
 }  // namespace
 
-void PenaltyDynamics::reserve_jacobian() {
-  const int n = system_.n(), m = system_.rows(), N = size();
-  if (!tangent_)
-    tangent_ = std::make_unique<Tangent>(Tangent{PenaltyTerms<Gradient>(system_, bristles_),
-                                                 std::vector<Gradient>(2 * n + bristles_ + system_.states()),
-                                                 std::vector<Gradient>(std::max(n, m)), Vector(N), Vector(n),
-                                                 Vector(m), Vector(n), Vector(m), Vector(n),
-                                                 Vector(static_cast<std::size_t>(friction_.laws.size()))});
-}
-
-void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
-  reserve_jacobian();
-  auto& d = *tangent_;
-  (*this)(x, d.slope, t);  // computes a and λ and factorises the matrix of their equations
-  ++work.jacobians;
-  std::copy_n(d.slope.begin() + system_.n(), system_.n(), d.acceleration.begin());
-  if (friction_.laws.size() > 0) friction_.laws.prepare_follow();
-}
-
-void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
-  constexpr int chunk = penalty_directions;
-  const int n = system_.n(), N = size();
-  begin_tangent(x, t);
-  auto& d = *tangent_;
-  d.terms.retained.clear();
-  std::fill(J, J + static_cast<long>(N) * N, 0.0);
-  if (traced_ && traced_jacobian(x, t, J, dfdt)) return;
-
-  const int inputs = 2 * n + bristles_ + system_.states();  // then time
-  for (int first = 0; first <= inputs; first += chunk) {
-    const int directions = std::min(chunk, inputs + 1 - first);
-    for (int i = 0; i < inputs; ++i) {
-      d.state[i] = x[place_of_input(i)];
-      if (i >= first && i < first + chunk) d.state[i].slope[i - first] = 1;
-    }
-    Gradient time = t;
-    if (inputs < first + chunk) time.slope[inputs - first] = 1;
-    std::array<double*, penalty_directions> columns{};
-    for (int s = 0; s < directions; ++s)
-      columns[s] = first + s == inputs ? dfdt : J + static_cast<long>(N) * place_of_input(first + s);
-    differentiate(time, directions, columns.data());
-  }
-}
-
-const PenaltyDynamics::Vector& PenaltyDynamics::directional(const Vector& x, double t,
-                                                            std::span<const Vector> directions,
-                                                            std::span<const double> times,
-                                                            std::span<Vector> out) {
-  constexpr int chunk = penalty_directions;
-  t = std::min(t, knot);
-  const int n = system_.n(), inputs = 2 * n + bristles_ + system_.states(),
-            count = static_cast<int>(directions.size());
-  begin_tangent(x, t);
-  auto& d = *tangent_;
-  if (traced_ && differentiate_traced(x, t, directions, times, out)) return d.slope;
-  d.terms.retained.resize(2 * static_cast<std::size_t>(system_.contacts()));
-  for (int first = 0; first < count; first += chunk) {
-    const int some = std::min(chunk, count - first);
-    const auto seed = [&](Gradient& y, double value, int place) {
-      y = value;
-      for (int s = 0; s < some; ++s) y.slope[s] = directions[first + s][place];
-    };
-    for (int i = 0; i < inputs; ++i) {
-      const int place = place_of_input(i);
-      seed(d.state[i], x[place], place);
-    }
-    for (int k = 0; k < system_.contacts(); ++k) {
-      seed(d.terms.retained[2 * k], contacts_[k].v0, size() + 2 * k);
-      seed(d.terms.retained[2 * k + 1], contacts_[k].mass, size() + 2 * k + 1);
-    }
-    std::array<double*, penalty_directions> columns{};
-    for (int s = 0; s < some; ++s) columns[s] = out[first + s].data();
-    Gradient time = t;
-    for (int s = 0; s < some; ++s) time.slope[s] = times[first + s];
-    differentiate(time, some, columns.data());
-  }
-  return d.slope;
-}
-
-/// Derivatives of dx/dt in the directions that the tangent's state and the time have.
-void PenaltyDynamics::differentiate(const Gradient& time, int directions, double* const* columns) {
-  const int n = system_.n(), m = system_.rows();
-  auto& d = *tangent_;
-  const auto& a = d.acceleration;
-  auto& terms = d.terms;
-  const Gradient* state = d.state.data();
-  evaluate(state, state + n, state + 2 * n, state + 2 * n + bristles_, time, terms);
-
-  // Derivatives of joint friction −factor·S(λ) with the reaction S held fixed. The loop over
-  // directions below adds the part due to the change of S.
-  for (int k = 0; k < friction_.laws.size(); ++k) {
-    auto& c = terms.coupled[static_cast<std::size_t>(k)];
-    c.factor = -friction_.laws.support(k) * c.factor;  // now the force
-    c.row.add_to(terms.e.force.data(), c.factor);
-  }
-
-  // Residuals of the derivatives of M a + Gᵀλ = F and G a = r at fixed a and λ.
-  for (int i = 0; i < n; ++i) d.reaction[i] = 0;
-  add_transposed(system_.pattern(), terms.e.G.data(), lambda_.data(), d.reaction.data());
-  for (int i = 0; i < n; ++i) d.reaction[i] = terms.e.force[i] - d.reaction[i];
-  for (int k = 0; k < m; ++k)
-    for (int e = system_.pattern().begin[k]; e < system_.pattern().begin[k + 1]; ++e)
-      terms.r[k] -= terms.e.G[e] * a[system_.pattern().column[e]];
-
-  for (int s = 0; s < directions; ++s) {
-    for (int i = 0; i < n; ++i) d.force[i] = d.reaction[i].slope[s];
-    for (int k = 0; k < m; ++k) d.r[k] = terms.r[k].slope[s];
-    saddle_.solve(d.force.data(), d.r.data(), d.a.data(), d.lambda.data());
-    double loss = terms.friction_loss.slope[s];
-    if (friction_.laws.size() > 0) friction_.laws.follow(d.lambda.data(), d.friction.data());
-    for (int k = 0; k < friction_.laws.size(); ++k) {
-      const auto& c = terms.coupled[static_cast<std::size_t>(k)];
-      const double df = d.friction[k];
-      for (int i = 0; i < n; ++i) d.a[i] += df * friction_.response[k][i];
-      for (int i = 0; i < m; ++i) d.lambda[i] += df * friction_.reaction[k][i];
-      loss -= (c.factor.slope[s] + df) * c.u.value + c.factor.value * c.u.slope[s];
-    }
-    double* column = columns[s];
-    for (int i = 0; i < n; ++i) column[i] = state[n + i].slope[s];
-    std::ranges::copy(d.a, column + n);
-    for (int k = 0; k < 2 * system_.contacts(); ++k)
-      column[impulse_offset() + k] = terms.impulse_rate[k].slope[s];
-    for (int k = 0; k < bristles_; ++k) column[bristle_offset() + k] = terms.bristle_rate[k].slope[s];
-    for (int k = 0; k < system_.states(); ++k) column[state_offset() + k] = terms.flow[k].slope[s];
-    double* integral = column + integral_offset();
-    integral[drive] = terms.e.power.drive.slope[s];
-    integral[load] = terms.e.power.load.slope[s];
-    integral[damping] = -terms.e.power.damping.slope[s];
-    integral[contact_work] = terms.contact_work.slope[s];
-    integral[friction_loss] = loss;
-    integral[film_loss] = terms.film_loss.slope[s];
-    integral[stabilisation] = 0;
-    for (int k = 0; k < m; ++k) {
-      integral[drive] += d.lambda[k] * terms.e.phi_t[k].value + lambda_[k] * terms.e.phi_t[k].slope[s];
-      integral[stabilisation] -= d.lambda[k] * terms.rate[k].value + lambda_[k] * terms.rate[k].slope[s];
-    }
-  }
-}
-
-void PenaltyDynamics::anchor(const Vector& x, double t, std::vector<ContactAnchor>& out) {
-  const double* v = x.data() + system_.n();
-  out.assign(contacts_.size(), {});
-  const Evaluation* at = nullptr;
-  ContactRow row;
-  for (int k = 0; k < system_.contacts(); ++k) {
-    const auto& c = contacts_[k];
-    if (!c.closed) continue;
-    if (!at) at = &contact_rows.placed(x, std::min(t, knot));
-    system_.contact(k, x.data(), v, *at, row);
-    auto& a = out[static_cast<std::size_t>(k)];
-    a.pressed = row.gap < 0 || touching || c.jumps();
-    a.delta = std::max(0.0, -row.gap);
-    a.rate = -row.normal.dot(v);
-    a.elastic = c.law.elastic.force(a.delta);
-    if (!a.pressed) continue;
-    Dual<2> delta(a.delta), rate(a.rate);
-    delta.slope[0] = rate.slope[1] = 1;
-    const auto normal = c.force(delta, rate, c.law.elastic.force(delta));
-    a.normal = normal.value;
-    a.normal_by_delta = normal.slope[0];
-    a.normal_by_rate = normal.slope[1];
-    if (!c.rubs()) continue;
-    a.v_t = row.tangent.dot(v);
-    const Dual<2> z = bristles_ ? x[bristle_offset() + k] : 0;
-    Dual<2> load(a.normal), slide(a.v_t);
-    load.slope[0] = slide.slope[1] = 1;
-    const auto tangential = c.tangential_force(load, slide, z);
-    a.tangential_by_normal = tangential.slope[0];
-    a.tangential_by_v_t = tangential.slope[1];
-    if (bristles_)
-      a.bristle_by_v_t = c.bristle_rate(delta, Dual<2>(a.rate), Dual<2>(a.elastic), slide, z).slope[1];
-  }
-}
-
-// Derivatives of the right-hand side of the penalty formulation by traced equations
-// (dynamics/system_tangent.hpp), including those with respect to the parameters of the directions. The traced
-// equations hold the contact forces; the derivatives of these,
-//
-//     dF_N = F_δ dδ + F_δ̇ dδ̇ + F_v₀ dv₀ + F_m dm + F_p,      dF_T likewise by F_N and v_T,
-//
-// follow from the laws: F_p by differences of fourth order between the laws of the displaced parameter at the
-// nominal depth and rates.
-
-/// A contact with depth and the derivatives of its forces.
-struct PenaltyDynamics::PressedContact {
+/// A contact with forces.
+struct PenaltyDynamics::ActingContact {
   int contact = 0;
-  ContactRow row;
-  double rate = 0, v_t = 0;  ///< m/s, δ̇ and v_T
-  double normal = 0, tangential = 0;
-  std::array<double, 4> by_state{};  ///< dF_N by δ, δ̇, v₀ and m
-  double tangential_by_normal = 0, tangential_by_v_t = 0;
+  const ContactRow* row = nullptr;
+  bool pressed = false;
+  double rate = 0, v_t = 0;                 ///< m/s, δ̇ and v_T
+  Dual<4> normal;                           ///< by δ, δ̇, v₀ and m
+  Dual<4> tangential;                       ///< by F_N, v_T and the bristle
+  Dual<4> bristle;                          ///< rate of the bristle, by δ, δ̇, v_T and the bristle
+  std::optional<FilmAction<Dual<4>>> film;  ///< by g, ġ, and the rates of the film and spin rows
   Vector normal_by_parameter, tangential_by_parameter;  ///< tangential: at constant F_N
 };
 
-struct PenaltyDynamics::TracedTangent {
-  std::shared_ptr<SystemTangent> equations;
-  std::vector<DisplacedLaws> displaced;
-  std::vector<SystemTangent::Block> q, v, z;
-  SystemTangent::MotionSlopes motion;
-  std::vector<PressedContact> pressed;
-  std::vector<SystemTangent::ContactSlopes> contacts;  // of the pressed ones
-  bool in_force = false;
-  /// Of jacobian(): the directions of the inputs and then of time, their part of t, and the columns.
-  std::vector<Vector> units, columns;
-  Vector times;
+/// A joint with friction.
+struct PenaltyDynamics::RubbingJoint {
+  SparseRow row;
+  double u = 0, force = 0, by_u = 0;  ///< m/s, N, and the derivative at a constant reaction
+};
 
+struct PenaltyDynamics::Tangent {
+  std::shared_ptr<SystemTangent> equations;
+  /// Whether all laws have derivatives by parameters, and whether the last derivatives include them.
+  bool has_parameters = false, with_parameters = false;
+  std::vector<DisplacedLaws> displaced;
+  DirectionBlocks blocks;
+  UnitDirections units;
+  SystemTangent::MotionSlopes motion;
+  std::vector<ActingContact> acting;
+  std::vector<SystemTangent::ContactSlopes> contacts;  // of the acting ones
+  std::vector<RubbingJoint> joints;
+  std::vector<SystemTangent::FrictionSlopes> frictions;
+  Vector slope, force, r, a, lambda, acceleration, friction;
+
+  explicit Tangent(const PenaltyDynamics& d)
+      : equations(std::make_shared<SystemTangent>(d.system_, SystemTangent::Use::penalty)),
+        blocks(d.system_, d.state_offset()),
+        units(2 * d.system_.n(), d.bristle_offset(), d.bristles_ + d.system_.states(), d.size(),
+              2 * d.system_.contacts()),
+        motion(equations->make_slopes()),
+        contacts(d.contacts_.size()),
+        joints(static_cast<std::size_t>(d.system_.frictions())),
+        frictions(joints.size()),
+        slope(static_cast<std::size_t>(d.size())),
+        force(static_cast<std::size_t>(d.system_.n())),
+        r(static_cast<std::size_t>(d.system_.rows())),
+        a(force.size()),
+        lambda(r.size()),
+        acceleration(a.size()),
+        friction(static_cast<std::size_t>(d.friction_.laws.size())) {
+    acting.reserve(contacts.size());
+  }
   /// A law at the nominal state, by the parameter c; `value` evaluates it for a contact. Zero if it does not
   /// depend on c.
   double by_parameter(std::size_t c, const PenaltyContact& nominal, std::size_t k, double now,
@@ -241,177 +102,256 @@ struct PenaltyDynamics::TracedTangent {
   }
 };
 
-bool PenaltyDynamics::includes_parameter(std::size_t c) const {
-  return traced_ && traced_->in_force && traced_->equations->covers(c);
+void PenaltyDynamics::reserve_jacobian() {
+  if (!tangent_) tangent_ = std::make_shared<Tangent>(*this);
+}
+
+void PenaltyDynamics::trace_jacobian(const State& near) {
+  reserve_jacobian();
+  tangent_->equations->prepare(near);
 }
 
 void PenaltyDynamics::use_tangent(std::shared_ptr<SystemTangent> traced,
                                   std::vector<DisplacedLaws> displaced) {
-  traced_ = nullptr;
-  const auto& contacts = contacts_;
-  const auto general = [](const PenaltyContact& c) {
+  if (!traced) return;
+  reserve_jacobian();
+  const auto history = [](const PenaltyContact& c) {
     return c.film || c.shear || c.has_bristle() || c.law.own();
   };
-  if (!traced || system_.frictions() > 0 || bristles_ > 0 || std::ranges::any_of(contacts, general)) return;
-  using Blocks = std::vector<SystemTangent::Block>;
-  const auto n = static_cast<std::size_t>(system_.n()), states = static_cast<std::size_t>(system_.states());
-  traced_ = std::make_shared<TracedTangent>();
-  traced_->motion = traced->make_slopes();
-  traced_->equations = std::move(traced);
-  traced_->displaced = std::move(displaced);
-  traced_->q = traced_->v = Blocks(n);
-  traced_->z = Blocks(states);
-  traced_->contacts.resize(contacts.size());
-  traced_->pressed.reserve(contacts.size());
+  tangent_->equations = std::move(traced);
+  tangent_->has_parameters = system_.frictions() == 0 && std::ranges::none_of(contacts_, history);
+  tangent_->displaced = std::move(displaced);
 }
 
-bool PenaltyDynamics::jacobian_is_traced() const { return traced_ && traced_->in_force; }
+bool PenaltyDynamics::includes_parameter(std::size_t c) const {
+  return tangent_ && tangent_->with_parameters && tangent_->equations->covers(c);
+}
 
-void PenaltyDynamics::trace_jacobian(const State& near) {
-  use_tangent(SystemTangent::trace(system_, near, {}, SystemTangent::Use::penalty), {});
-  if (!traced_) return;
+void PenaltyDynamics::jacobian(const Vector& x, double t, double* J, double* dfdt) {
   reserve_jacobian();
-  auto& w = *traced_;
-  const auto n = static_cast<std::size_t>(system_.n()), states = static_cast<std::size_t>(system_.states()),
-             length = static_cast<std::size_t>(size());
-  const auto inputs = 2 * n + states;
-  w.units.assign(inputs + 1, Vector(length + 2 * contacts_.size()));
-  w.columns.assign(inputs + 1, Vector(length));
-  w.times.assign(inputs + 1, 0);
-  for (std::size_t i = 0; i < inputs; ++i)
-    w.units[i][static_cast<std::size_t>(place_of_input(static_cast<int>(i)))] = 1;
-  w.times[inputs] = 1;
+  auto& units = tangent_->units;
+  tangent_->with_parameters = false;
+  differentiate(x, std::min(t, knot), units.directions, units.times, units.columns);
+  units.put(J, dfdt);
 }
 
-/// jacobian() by the traced equations; J must be zero. False as for differentiate_traced().
-bool PenaltyDynamics::traced_jacobian(const Vector& x, double t, double* J, double* dfdt) {
-  auto& w = *traced_;
-  if (w.units.empty() || !differentiate_traced(x, t, w.units, w.times, w.columns)) return false;
-  for (std::size_t i = 0; i + 1 < w.columns.size(); ++i)
-    std::ranges::copy(w.columns[i], J + static_cast<long>(size()) * place_of_input(static_cast<int>(i)));
-  std::ranges::copy(w.columns.back(), dfdt);
-  return true;
+const PenaltyDynamics::Vector& PenaltyDynamics::directional(const Vector& x, double t,
+                                                            std::span<const Vector> directions,
+                                                            std::span<const double> times,
+                                                            std::span<Vector> out) {
+  reserve_jacobian();
+  tangent_->with_parameters = tangent_->has_parameters;
+  differentiate(x, std::min(t, knot), directions, times, out);
+  return tangent_->slope;
 }
 
-/// False if the equations have another branch at this state than where they were traced.
-bool PenaltyDynamics::differentiate_traced(const Vector& x, double t, std::span<const Vector> directions,
-                                           std::span<const double> times, std::span<Vector> out) {
-  constexpr int width = TangentTape::width;
-  const int n = system_.n(), m = system_.rows(), states = system_.states();
-  const int count = static_cast<int>(directions.size());
-  auto& d = *tangent_;
-  auto& w = *traced_;
-  const double *q = x.data(), *v = q + n;
+void PenaltyDynamics::anchor(const Vector& x, double t, std::vector<ContactAnchor>& out) {
+  const double* v = x.data() + system_.n();
+  out.assign(contacts_.size(), {});
+  const Evaluation* at = nullptr;
+  ContactRow row;
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const auto& c = contacts_[k];
+    if (!c.closed) continue;
+    if (!at) at = &contact_rows.placed(x, std::min(t, knot));
+    system_.contact(k, x.data(), v, *at, row);
+    ActingContact p{k, &row, row.gap < 0 || touching || c.jumps()};
+    p.rate = -row.normal.dot(v);
+    if (p.pressed) press(p, bristles_ ? x[bristle_offset() + k] : 0, v, 0);
+    const double delta = std::max(0.0, -row.gap);
+    out[static_cast<std::size_t>(k)] = {p.pressed,
+                                        delta,
+                                        p.rate,
+                                        p.v_t,
+                                        p.normal.value,
+                                        p.normal.slope[0],
+                                        p.normal.slope[1],
+                                        p.tangential.slope[0],
+                                        p.tangential.slope[1],
+                                        p.bristle.slope[2],
+                                        c.law.elastic.force(delta)};
+  }
+}
+
+/// Evaluates the equations and the laws at a state, with the derivatives of the laws.
+void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
+  auto& w = *tangent_;
+  (*this)(x, w.slope, t);  // computes a and λ and factorises the matrix of their equations
+  ++work.jacobians;
+  std::copy_n(w.slope.begin() + system_.n(), system_.n(), w.acceleration.begin());
+  if (friction_.laws.size() > 0) friction_.laws.prepare_follow();
+  const double *q = x.data(), *v = q + system_.n();
   const auto& e = terms_.e;
   const SystemTangent::Point point{t,
                                    q,
                                    v,
                                    x.data() + state_offset(),
-                                   d.acceleration.data(),
+                                   w.acceleration.data(),
                                    lambda_.data(),
                                    e.cosine.data(),
-                                   e.sine.data()};
-  w.in_force = false;
-  if (anchors || !w.equations->begin(point)) return false;
-  w.pressed.clear();
+                                   e.sine.data(),
+                                   phases.pieces()};
+  w.equations->begin(point);
+  w.acting.clear();
   for (int k = 0; k < system_.contacts(); ++k) {
     const auto& c = contacts_[static_cast<std::size_t>(k)];
-    if (!c.closed) continue;
-    auto& p = w.pressed.emplace_back();
-    p.contact = k;
-    system_.contact(k, q, v, e, p.row);
-    if (!(p.row.gap < 0) && !touching && !c.jumps()) {
-      w.pressed.pop_back();
-      continue;
+    if (!c.closed && !c.film) continue;
+    const auto& row = terms_.rows[static_cast<std::size_t>(k)];
+    ActingContact p{k, &row, c.closed && (row.gap < 0 || touching || c.jumps())};
+    p.rate = -row.normal.dot(v);
+    SystemTangent::ContactForce force;
+    if (c.film) {
+      const auto y = arguments(row.gap, -p.rate, row.film.dot(v), row.spin.dot(v));
+      p.film = film_action(*c.film, y[0], y[1], y[2], y[3]);
+      if (p.film) {
+        force.film_normal = p.film->normal.value;
+        force.film = p.film->tangential.value;
+        force.torque = p.film->torque.value;
+      }
     }
-    p.rate = -p.row.normal.dot(v);
-    Dual<4> delta(std::max(0.0, -p.row.gap)), rate(p.rate), speed(c.v0), mass(c.mass);
-    delta.slope[0] = rate.slope[1] = speed.slope[2] = mass.slope[3] = 1;
-    if (-p.row.gap < 0) delta.slope[0] = 0;
-    const auto elastic = c.law.elastic.force(delta);
-    const auto normal = c.force(delta, rate, elastic, speed, mass);
-    p.normal = normal.value;
-    p.by_state = normal.slope;
-    const auto keys = w.displaced.size();
-    p.normal_by_parameter.assign(keys, 0);
-    p.tangential_by_parameter.assign(keys, 0);
-    for (std::size_t i = 0; i < keys; ++i)
-      p.normal_by_parameter[i] =
-          w.by_parameter(i, c, static_cast<std::size_t>(k), p.normal, [&](const PenaltyContact& law) {
-            return law.force_in_piece(delta.value, p.rate, law.law.elastic.force(delta.value), p.normal > 0);
-          });
-    if (c.rubs()) {
-      p.v_t = p.row.tangent.dot(v);
-      Dual<4> load(p.normal), slide(p.v_t);
-      load.slope[0] = slide.slope[1] = 1;
-      const auto tangential = c.tangential_force(load, slide, Dual<4>(0));
-      p.tangential = tangential.value;
-      p.tangential_by_normal = tangential.slope[0];
-      p.tangential_by_v_t = tangential.slope[1];
-      for (std::size_t i = 0; i < keys; ++i)
-        p.tangential_by_parameter[i] = w.by_parameter(
-            i, c, static_cast<std::size_t>(k), p.tangential,
-            [&](const PenaltyContact& law) { return law.tangential_force(p.normal, p.v_t, 0.0); });
-    }
-    if (!w.equations->begin(point, k, {p.normal, p.tangential, 0})) return false;
+    if (!p.pressed && !p.film) continue;
+    if (p.pressed)
+      press(p, bristles_ ? x[bristle_offset() + k] : 0, v, w.with_parameters ? w.displaced.size() : 0);
+    force.normal = p.normal.value;
+    force.tangential = p.tangential.value;
+    w.equations->begin_contact(point, k, force);
+    w.acting.push_back(std::move(p));
   }
+  for (int k = 0, reactive = 0; k < system_.frictions(); ++k) {
+    const auto& facts = system_.friction_facts(k);
+    auto& joint = w.joints[static_cast<std::size_t>(k)];
+    Dual<1> u, force;
+    u.slope[0] = 1;
+    system_.friction(k, q, v, e, joint.row);
+    joint.u = u.value = joint.row.dot(v);
+    if (facts.reaction)
+      force = friction_.laws.support(reactive++) * preloaded_friction(1, *facts.regularisation, u) *
+              facts.reaction->coefficient(u);
+    else
+      force = preloaded_friction(facts.bound, *facts.regularisation, u);
+    joint.force = force.value;
+    joint.by_u = force.slope[0];
+    w.equations->begin_friction(point, k, joint.force);
+  }
+}
 
-  SystemTangent::Block time = SystemTangent::Block::Zero();
-  for (int first = 0; first < count; first += width) {
-    const int some = std::min(width, count - first);
-    SystemTangent::gather(directions, first, 0, w.q);
-    SystemTangent::gather(directions, first, n, w.v);
-    SystemTangent::gather(directions, first, state_offset(), w.z);
-    for (int s = 0; s < some; ++s) time[s] = times[first + s];
-    const SystemTangent::Directions along{&time, w.q.data(), w.v.data(), w.z.data(),
-                                          w.displaced.empty() ? -1 : first};
-    w.equations->motion(along, w.motion);
-    for (std::size_t i = 0; i < w.pressed.size(); ++i)
-      w.equations->contact(w.pressed[i].contact, along, w.motion, w.contacts[i]);
+/// Evaluates the laws of a pressed contact, with its bristle z and for some parameters.
+void PenaltyDynamics::press(ActingContact& p, double z, const double* v, std::size_t parameters) const {
+  const auto& c = contacts_[static_cast<std::size_t>(p.contact)];
+  const auto k = static_cast<std::size_t>(p.contact);
+  const auto [delta, rate, speed, mass] = arguments(std::max(0.0, -p.row->gap), p.rate, c.v0, c.mass);
+  p.normal = c.force(delta, rate, c.law.elastic.force(delta), speed, mass);
+  p.normal_by_parameter.assign(parameters, 0);
+  p.tangential_by_parameter.assign(parameters, 0);
+  for (std::size_t i = 0; i < parameters; ++i)
+    p.normal_by_parameter[i] =
+        tangent_->by_parameter(i, c, k, p.normal.value, [&](const PenaltyContact& law) {
+          return law.force_in_piece(delta.value, p.rate, law.law.elastic.force(delta.value),
+                                    p.normal.value > 0);
+        });
+  if (!c.rubs()) return;
+  p.v_t = p.row->tangent.dot(v);
+  const auto slide = arguments(p.normal.value, p.v_t, z, 0);
+  p.tangential = c.tangential_force(slide[0], slide[1], slide[2]);
+  for (std::size_t i = 0; i < parameters; ++i)
+    p.tangential_by_parameter[i] = tangent_->by_parameter(
+        i, c, k, p.tangential.value,
+        [&](const PenaltyContact& law) { return law.tangential_force(p.normal.value, p.v_t, 0.0); });
+  if (bristles_ == 0) return;
+  const auto y = arguments(delta.value, p.rate, p.v_t, z);
+  p.bristle = c.bristle_rate(y[0], y[1], c.law.elastic.force(y[0]), y[2], y[3]);
+}
+
+/// Derivatives of dx/dt along `directions` of the extended state and `times`.
+void PenaltyDynamics::differentiate(const Vector& x, double t, std::span<const Vector> directions,
+                                    std::span<const double> times, std::span<Vector> out) {
+  begin_tangent(x, t);
+  const int n = system_.n(), m = system_.rows(), states = system_.states();
+  auto& w = *tangent_;
+  const auto& e = terms_.e;
+  for (int first = 0; first < static_cast<int>(directions.size()); first += TangentTape::width) {
+    const int some = w.blocks.take(directions, times, first);
+    const auto along_block = w.blocks.along(w.with_parameters ? first : -1);
+    w.equations->motion(along_block, w.motion);
+    for (std::size_t i = 0; i < w.acting.size(); ++i)
+      w.equations->contact(w.acting[i].contact, along_block, w.motion, w.contacts[i]);
+    for (std::size_t k = 0; k < w.joints.size(); ++k)
+      w.equations->friction(static_cast<int>(k), along_block, w.motion, w.frictions[k]);
     for (int s = 0; s < some; ++s) {
       const auto c = static_cast<std::size_t>(first) + static_cast<std::size_t>(s);
       const auto& direction = directions[c];
       double* column = out[c].data();
       std::fill(column + impulse_offset(), column + size(), 0.0);
       double* integral = column + integral_offset();
-      for (int i = 0; i < n; ++i) d.force[i] = w.motion.force[i][s];
+      for (int i = 0; i < n; ++i) w.force[i] = w.motion.force[i][s];
       for (int k = 0; k < m; ++k)
-        d.r[k] = w.motion.side[k][s] - baumgarte_.two_alpha * w.motion.rate[k][s] -
+        w.r[k] = w.motion.side[k][s] - baumgarte_.two_alpha * w.motion.rate[k][s] -
                  baumgarte_.beta_squared * w.motion.place[k][s];
-      for (std::size_t i = 0; i < w.pressed.size(); ++i) {
-        const auto& p = w.pressed[i];
-        const auto& contact = w.contacts[i];
-        const int retained = size() + 2 * p.contact;
-        const bool varies = c < w.displaced.size();
-        const double normal = -p.by_state[0] * contact.gap[s] - p.by_state[1] * contact.rate[s] +
-                              p.by_state[2] * direction[retained] + p.by_state[3] * direction[retained + 1] +
-                              (varies ? p.normal_by_parameter[c] : 0);
-        p.row.normal.add_to(d.force.data(), normal);
-        column[impulse_offset() + 2 * p.contact] = normal;
-        const auto& law = contacts_[static_cast<std::size_t>(p.contact)];
-        if (law.law.dissipates()) integral[contact_work] += normal * p.rate - p.normal * contact.rate[s];
-        if (!law.rubs()) continue;
-        const double tangential = p.tangential_by_normal * normal + p.tangential_by_v_t * contact.slide[s] +
-                                  (varies ? p.tangential_by_parameter[c] : 0);
-        p.row.tangent.add_to(d.force.data(), tangential);
-        column[impulse_offset() + 2 * p.contact + 1] = tangential;
-        integral[friction_loss] -= tangential * p.v_t + p.tangential * contact.slide[s];
+      for (std::size_t i = 0; i < w.acting.size(); ++i) add_contact(i, s, c, direction, column);
+      for (std::size_t k = 0; k < w.joints.size(); ++k) {
+        const auto& joint = w.joints[k];
+        const double slide = w.frictions[k].slide[s], change = joint.by_u * slide;
+        joint.row.add_to(w.force.data(), change);
+        integral[friction_loss] -= change * joint.u + joint.force * slide;
       }
-      saddle_.solve(d.force.data(), d.r.data(), d.a.data(), d.lambda.data());
+      saddle_.solve(w.force.data(), w.r.data(), w.a.data(), w.lambda.data());
+      // The part due to the change of the reactions that bound friction.
+      if (friction_.laws.size() > 0) friction_.laws.follow(w.lambda.data(), w.friction.data());
+      for (int k = 0; k < friction_.laws.size(); ++k) {
+        const double df = w.friction[k];
+        for (int i = 0; i < n; ++i) w.a[i] += df * friction_.response[k][i];
+        for (int i = 0; i < m; ++i) w.lambda[i] += df * friction_.reaction[k][i];
+        integral[friction_loss] -= df * terms_.coupled[static_cast<std::size_t>(k)].u;
+      }
       std::copy_n(direction.data() + n, n, column);
-      std::ranges::copy(d.a, column + n);
+      std::ranges::copy(w.a, column + n);
       for (int k = 0; k < states; ++k) column[state_offset() + k] = w.motion.flow[k][s];
       integral[drive] = w.motion.power[SystemTangent::drive][s];
       integral[load] = w.motion.power[SystemTangent::load][s];
       integral[damping] = -w.motion.power[SystemTangent::damping][s];
       for (int k = 0; k < m; ++k) {
-        integral[drive] += d.lambda[k] * e.phi_t[k];
-        integral[stabilisation] -= d.lambda[k] * terms_.rate[k] + lambda_[k] * w.motion.rate[k][s];
+        integral[drive] += w.lambda[k] * e.phi_t[k];
+        integral[stabilisation] -= w.lambda[k] * terms_.rate[k] + lambda_[k] * w.motion.rate[k][s];
       }
     }
   }
-  w.in_force = true;
-  return true;
+}
+
+/// Adds the derivatives of the forces of an acting contact along direction c, entry s of its block, to the
+/// forces and to the column.
+void PenaltyDynamics::add_contact(std::size_t acting, int s, std::size_t c, const Vector& direction,
+                                  double* column) const {
+  auto& w = *tangent_;
+  const auto& p = w.acting[acting];
+  const auto& by = w.contacts[acting];
+  double* integral = column + integral_offset();
+  if (p.film) {
+    const auto change = [&](const Dual<4>& f) {
+      return along(f, by.gap[s], by.rate[s], by.film[s], by.spin[s]);
+    };
+    p.row->normal.add_to(w.force.data(), change(p.film->normal));
+    p.row->film.add_to(w.force.data(), change(p.film->tangential));
+    p.row->spin.add_to(w.force.data(), change(p.film->torque));
+    integral[film_loss] += change(p.film->loss);
+  }
+  if (!p.pressed) return;
+  const auto& contact = contacts_[static_cast<std::size_t>(p.contact)];
+  const int retained = size() + 2 * p.contact;
+  const bool varies = c < p.normal_by_parameter.size() && w.equations->covers(c);
+  const double deeper = p.row->gap > 0 ? 0 : -by.gap[s];
+  double normal = along(p.normal, deeper, -by.rate[s], direction[retained], direction[retained + 1]);
+  if (varies) normal += p.normal_by_parameter[c];
+  p.row->normal.add_to(w.force.data(), normal);
+  column[impulse_offset() + 2 * p.contact] = normal;
+  if (contact.law.dissipates()) integral[contact_work] += normal * p.rate - p.normal.value * by.rate[s];
+  if (!contact.rubs()) return;
+  const double z = bristles_ ? direction[bristle_offset() + p.contact] : 0;
+  double tangential = along(p.tangential, normal, by.slide[s], z, 0);
+  if (varies) tangential += p.tangential_by_parameter[c];
+  p.row->tangent.add_to(w.force.data(), tangential);
+  column[impulse_offset() + 2 * p.contact + 1] = tangential;
+  integral[friction_loss] -= tangential * p.v_t + p.tangential.value * by.slide[s];
+  if (bristles_) column[bristle_offset() + p.contact] = along(p.bristle, deeper, -by.rate[s], by.slide[s], z);
 }
 
 }  // namespace freeplay

@@ -93,14 +93,14 @@ void FilmStep::linearise(const double* v_new) {
   K_.setIdentity(used_, used_);
   for (auto& f : films_) {
     if (f.first < 0) continue;
-    std::array<Gradient, 3> y;
+    std::array<Dual<4>, 3> y;
     for (int a = 0; a < 3; ++a) {
       f.y[a] = mean_rate(f, a, v_new);
       y[a] = f.y[a];
       y[a].slope[a] = 1;
     }
-    const auto action = *film_action<Gradient>(f.law, f.row.gap, y[0], y[1], y[2]);
-    const std::array<const Gradient*, 3> forces{&action.normal, &action.tangential, &action.torque};
+    const auto action = *film_action<Dual<4>>(f.law, f.row.gap, y[0], y[1], y[2]);
+    const std::array<const Dual<4>*, 3> forces{&action.normal, &action.tangential, &action.torque};
     for (int a = 0; a < 3; ++a) {
       f.p[a] = h_ * forces[a]->value;
       for (int b = 0; b < 3; ++b) f.J[a][b] = h_ * forces[a]->slope[b];

@@ -17,7 +17,7 @@ namespace freeplay {
 
 class TracedEquations {
  public:
-  /// Traced near a state unless they are known. Null without keys, or if an element cannot be traced.
+  /// Traced near a state unless they are known. Null without keys.
   std::shared_ptr<SystemTangent> of(const System& system, const std::vector<VariedKey>& keys,
                                     const State& near, SystemTangent::Use use) {
     if (keys.empty()) return nullptr;
@@ -29,7 +29,8 @@ class TracedEquations {
     const auto known = std::ranges::find_if(
         list_, [&](const auto& one) { return std::ranges::equal(one.parameters, parameters, same); });
     if (known != list_.end()) return known->equations;
-    std::shared_ptr<SystemTangent> traced = SystemTangent::trace(system, near, parameters, use);
+    auto traced = std::make_shared<SystemTangent>(system, use, parameters);
+    traced->prepare(near);
     return list_.emplace_back(std::move(parameters), std::move(traced)).equations;
   }
 

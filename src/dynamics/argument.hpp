@@ -28,12 +28,11 @@ T read_at(const Piecewise& y, Argument x, const M& m, const T& place, Rate rate)
   if (y.is_constant()) return y.value(T(0));
   const auto on_piece = [&](const T& at) { return m.piece ? y.value(at, m.piece->inside()) : y.value(at); };
   if (x == Argument::speed) return on_piece(rate(m.v));
-  if constexpr (is_place<T>)
-    if (const auto* s = m.reading.sweep) {
-      if (x == Argument::time) return y.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h);
-      const T from = place - 0.5 * s->h * rate(s->start);
-      return y.mean(from, from + s->h * rate(s->mean));
-    }
+  if (const auto* s = m.reading.sweep) {
+    if (x == Argument::time) return y.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h);
+    const T from = place - 0.5 * s->h * rate(s->start);
+    return y.mean(from, from + s->h * rate(s->mean));
+  }
   if (x == Argument::time) return y.value(m.t);
   return on_piece(place);
 }

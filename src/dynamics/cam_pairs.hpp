@@ -22,6 +22,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -120,9 +121,8 @@ struct CamFlatPair {
     const int i = link.i, j = link.j;
     const Vec2Of<T> tau = turned(j, axis, e), u = -perp(tau);
     const T psi = angle_in_cam(u, e);
-    const auto y = profile.at(place_of(psi));
-    const T H = base_radius + lifted(psi, y.h, y.d1), H1 = lifted(psi, y.d1, y.d2),
-            H2 = lifted(psi, y.d2, y.d3);
+    const auto y = profile.at(psi);
+    const T H = base_radius + y.h, H1 = y.d1, H2 = y.d2;
     const Vec2Of<T> rate = relative_velocity(link, a, v);
     const T wi = omega(v, i), wj = omega(v, j), w = wj - wi, height = dot(u, a.d), along = dot(tau, a.d);
     const Vec2Of<T> still = centripetal(a.ri, wi, a.rj, wj), back = -u;
@@ -196,15 +196,7 @@ struct CamRollerPair {
             ContactRowOf<T>& row) const {
     const int i = link.i, j = link.j;
     const Vec2Of<T> c = in_cam(a.d, e);
-    const auto p = curve.nearest({value_of(c.x()), value_of(c.y())});
-    // Derivatives of the nearest point: one Newton step with those of c. At a centre of curvature,
-    // where F'' = 0, it has none.
-    const T off = (c.x() - value_of(c.x())) * p.slope.x() + (c.y() - value_of(c.y())) * p.slope.y();
-    const T phi = p.phi + off / std::max(p.bend, 1e-12 * dot(p.slope, p.slope));
-    const auto& y = p.lift;
-    const T r = curve.offset() + lifted(phi, y.h, y.d1), r1 = lifted(phi, y.d1, y.d2),
-            r2 = lifted(phi, y.d2, y.d3);
-    const T co = lifted(phi, p.radial.x(), -p.radial.y()), si = lifted(phi, p.radial.y(), p.radial.x());
+    const auto [r, r1, r2, co, si] = nearest(c);
     const Vec2Of<T> radial{co, si}, round{-si, co};
     const Vec2Of<T> slope{r1 * radial.x() + r * round.x(), r1 * radial.y() + r * round.y()};
     const T square = slope.squared_norm(), length = slope.norm();
@@ -229,6 +221,29 @@ struct CamRollerPair {
   }
 
  private:
+  /// r, r′, r″ and e at the nearest point.
+  template <class T>
+  struct Nearest {
+    T r, r1, r2, co, si;
+  };
+  Nearest<double> nearest(const Vec2& c) const {
+    const auto p = curve.nearest(c);
+    return {curve.offset() + p.lift.h, p.lift.d1, p.lift.d2, p.radial.x(), p.radial.y()};
+  }
+  /// Its derivatives are those of one Newton step. At a centre of curvature, where F'' = 0, it has none.
+  Nearest<Traced> nearest(const Vec2Of<Traced>& c) const {
+    const auto found = [curve = curve](const double* x, double* y) {
+      const auto p = curve.nearest({x[0], x[1]});
+      const double bend = std::max(p.bend, 1e-12 * dot(p.slope, p.slope));
+      const double list[] = {x[0],      x[1],      p.slope.x() / bend, p.slope.y() / bend, p.lift.h,
+                             p.lift.d1, p.lift.d2, p.lift.d3,          p.radial.x(),       p.radial.y()};
+      std::ranges::copy(list, y);
+    };
+    const auto y = call_outside({10, found}, std::array{c.x(), c.y()}, "a place is found by iteration");
+    const Traced turn = (c.x() - y[0]) * y[2] + (c.y() - y[1]) * y[3];
+    return {curve.offset() + (y[4] + y[5] * turn), y[5] + y[6] * turn, y[6] + y[7] * turn, y[8] - y[9] * turn,
+            y[9] + y[8] * turn};
+  }
   template <class T>
   Vec2Of<T> in_cam(const Vec2Of<T>& d, const EvaluationOf<T>& e) const {
     if (link.i == ground) return d;

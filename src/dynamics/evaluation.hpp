@@ -103,8 +103,7 @@ struct ContactFacts {
   std::optional<Lubricant> lubricant;
 };
 
-/// Geometry of a contact at one state. Without friction the tangent row is empty. T is double, or
-/// Gradient for derivatives.
+/// Geometry of a contact at one state. Without friction the tangent row is empty.
 template <class T>
 struct ContactRowOf {
   T gap = 0;                       ///< m

@@ -145,7 +145,7 @@ struct ReadingOf {
   const SweepOf<P>* sweep = nullptr;
   const PieceFor<P>* pieces = nullptr;
 };
-struct Reading : ReadingOf<double> {};
+using Reading = ReadingOf<double>;
 
 /// A state as drives and loads see it.
 template <class T>
@@ -154,7 +154,7 @@ struct Motion {
   const T* q;
   const T* v;  ///< nullptr if velocities are not known
   const EvaluationOf<T>& e;
-  ReadingOf<PlaceOf<T>> reading = {};
+  ReadingOf<T> reading = {};
   /// Piece of the element being evaluated, if it is restricted to one.
   const PieceFor<T>* piece = nullptr;
 

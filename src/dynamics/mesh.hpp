@@ -60,7 +60,7 @@ struct InvoluteMesh : InvoluteFlank {
     if (a > 1e-9 * S) {
       n = {d.x() / a, d.y() / a};
       along = S * atan2(c * d.y() - s * d.x(), c * d.x() + s * d.y());
-      if (std::isfinite(period)) along -= T(period * round_of(place_of(along) / period));
+      if (std::isfinite(period)) along -= T(period * round_of(along / period));
     }
     const Vec2Of<T> t = perp(n);
     f.gap = rest + side * along;
@@ -118,7 +118,7 @@ struct RackMesh : RackFlank {
     FlankOf<T> f;
     f.along = {along * A.x() - sine * left.x(), along * A.y() - sine * left.y()};
     T x = cosine * dot(A, d) - base * (theta(q, link.i) - theta(q, link.j)) - phase;
-    if (std::isfinite(period)) x -= T(period * round_of(place_of(x) / period));
+    if (std::isfinite(period)) x -= T(period * round_of(x / period));
     f.gap = rest - sine * dot(left, d) + side * x;
     f.turn_i = T(-side * base);
     f.turn_j = dot(perp(f.along), d) + side * base;

@@ -30,7 +30,6 @@
 #include "dynamics/force_report.hpp"
 #include "dynamics/parts.hpp"
 #include "dynamics/phase.hpp"
-#include "numerics/dual.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {
@@ -112,10 +111,7 @@ class System {
   /// Fills force and power; needs place(). `reading` says how tables are evaluated.
   template <class T>
   void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
-              const Reading& reading = {}) const;
-  /// The same in a trace, with traced readings.
-  void forces(const Traced& t, const Traced* q, const Traced* v, const Traced* z, EvaluationOf<Traced>& e,
-              const ReadingOf<Traced>& reading) const;
+              const ReadingOf<std::type_identity_t<T>>& reading = {}) const;
   /// Number of first-order states of elements (State::z), in the order of their elements. Their
   /// initial value is 0.
   int states() const { return static_cast<int>(state_scales_.size()); }
@@ -124,7 +120,7 @@ class System {
   /// Time derivatives ż of the first-order states.
   template <class T>
   void flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
-            const Reading& reading = {}) const;
+            const ReadingOf<std::type_identity_t<T>>& reading = {}) const;
   /// Number of drives with a limited demand.
   int limiters() const { return limiters_; }
   /// Their demands over their limits, limiters() entries.

@@ -393,7 +393,6 @@ EvaluationOf<T> System::make_evaluation() const {
   return e;
 }
 template Evaluation System::make_evaluation() const;
-template EvaluationOf<Gradient> System::make_evaluation() const;
 template EvaluationOf<Traced> System::make_evaluation() const;
 
 }  // namespace freeplay

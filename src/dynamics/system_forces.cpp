@@ -36,18 +36,10 @@ struct AppliedForces {
 
 template <class T>
 void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
-                    const Reading& reading) const {
+                    const ReadingOf<std::type_identity_t<T>>& reading) const {
   if constexpr (std::is_same_v<T, double>)
     if (compiled_.any() && compiled_.forces(t, q, v, z, states(), e, reading)) return;
-  if constexpr (is_traced<T>)
-    apply(Motion<T>{t, q, v, e}, z, e);
-  else
-    apply(Motion<T>{t, q, v, e, reading}, z, e);
-}
-
-void System::forces(const Traced& t, const Traced* q, const Traced* v, const Traced* z,
-                    EvaluationOf<Traced>& e, const ReadingOf<Traced>& reading) const {
-  apply(Motion<Traced>{t, q, v, e, reading}, z, e);
+  apply(Motion<T>{t, q, v, e, reading}, z, e);
 }
 
 template <class T>
@@ -64,11 +56,10 @@ void System::apply(const Motion<T>& motion, const T* z, EvaluationOf<T>& e) cons
 
 template <class T>
 void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z, T* dz,
-                  const Reading& reading) const {
+                  const ReadingOf<std::type_identity_t<T>>& reading) const {
   if (state_scales_.empty()) return;
   const EvaluationOf<T> none;
-  Motion<T> motion{t, q, v, none};
-  if constexpr (!is_traced<T>) motion.reading = reading;
+  const Motion<T> motion{t, q, v, none, reading};
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.has_state(); })
       if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);
@@ -120,16 +111,12 @@ double System::potential(const double* q) const {
 
 template void System::forces(double, const double*, const double*, const double*, Evaluation&,
                              const Reading&) const;
-template void System::forces(Gradient, const Gradient*, const Gradient*, const Gradient*,
-                             EvaluationOf<Gradient>&, const Reading&) const;
 template void System::forces(Traced, const Traced*, const Traced*, const Traced*, EvaluationOf<Traced>&,
-                             const Reading&) const;
+                             const ReadingOf<Traced>&) const;
 template void System::flow(double, const double*, const double*, const double*, double*,
                            const Reading&) const;
-template void System::flow(Gradient, const Gradient*, const Gradient*, const Gradient*, Gradient*,
-                           const Reading&) const;
 template void System::flow(Traced, const Traced*, const Traced*, const Traced*, Traced*,
-                           const Reading&) const;
+                           const ReadingOf<Traced>&) const;
 
 /// Lists the elements in the order of forces.csv: ideal joints, contacts, drives, loads.
 void System::list_elements(const Mechanism& m) {

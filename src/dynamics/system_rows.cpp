@@ -141,7 +141,6 @@ double System::slide_share(int k) const {
 double System::crank_angle(const double* q) const { return theta(q, crank_.j) - theta(q, crank_.i); }
 
 template void System::place(double, const double*, Evaluation&, const Piece*) const;
-template void System::place(Gradient, const Gradient*, EvaluationOf<Gradient>&, const Piece*) const;
 template void System::place(Traced, const Traced*, EvaluationOf<Traced>&, const Piece*) const;
 template void System::place_near(double, const double*, const double*, const Evaluation&, Evaluation&) const;
 template void System::place_near(Traced, const Traced*, const Traced*, const EvaluationOf<Traced>&,
@@ -150,15 +149,10 @@ template void System::rate(const double*, const double*, Evaluation&) const;
 template void System::rate(const Traced*, const Traced*, EvaluationOf<Traced>&) const;
 template void System::contact(const Pair&, const ContactFacts&, const Traced*, const Traced*,
                               const EvaluationOf<Traced>&, ContactRowOf<Traced>&);
-template void System::rate(const Gradient*, const Gradient*, EvaluationOf<Gradient>&) const;
 template void System::contact(const Pair&, const ContactFacts&, const double*, const double*,
                               const Evaluation&, ContactRow&);
-template void System::contact(const Pair&, const ContactFacts&, const Gradient*, const Gradient*,
-                              const EvaluationOf<Gradient>&, ContactRowOf<Gradient>&);
 template double System::friction(int, const double*, const double*, const Evaluation&, SparseRow&) const;
 template Traced System::friction(int, const Traced*, const Traced*, const EvaluationOf<Traced>&,
                                  SparseRowOf<Traced>&) const;
-template Gradient System::friction(int, const Gradient*, const Gradient*, const EvaluationOf<Gradient>&,
-                                   SparseRowOf<Gradient>&) const;
 
 }  // namespace freeplay

@@ -1,35 +1,41 @@
 // SystemTangent: derivatives of the equations of motion of a System along several directions of the state and
-// of parameters of the mechanism at once. With the accelerations a, multipliers λ and contact forces held at
-// their values at the state, they are those of
+// of parameters of the mechanism at once. With the accelerations a, multipliers λ and the forces of contacts,
+// films and joint friction held at their values at the state, they are those of
 //
 //     motion:    f − Gᵀλ − M a,   γ − G a,   ż,   powers of drives (Φ_t included), loads and dampers
-//     contact:   W_N λ_N + W_T λ_T,   γ_N − W_N a,   γ_T − W_T a,   W_T v,   λ_T
+//     contact:   W_N λ_N + W_T λ_T + W_F λ_F + W_ω τ,   γ_N − W_N a,   γ_T − W_T a,   W_T v,   λ_T
+//     friction:  W λ,   γ − W a,   W v
 //
 // of contact modes, or for contact forces that depend on the state (penalty formulation)
 //
 //     motion:    likewise, and   G v + Φ_t,   Φ
-//     contact:   W_N F_N + W_T F_T,   g,   W_N v,   W_T v
+//     contact:   W_N F_N + W_T F_T + W_F F_F + W_ω τ,   g,   W_N v,   W_T v
 //
-// with λ_T = λ_T0 − s μ λ_N: s = ±1 and λ_T0 = 0 of a sliding contact, s = 0 of a sticking one. The
-// derivatives of a and of the multipliers follow from these residuals by the linear system that the state
+// with λ_T = λ_T0 − s μ λ_N: s = ±1 and λ_T0 = 0 of a sliding contact, s = 0 of a sticking one; λ_F and τ are
+// the tangential force and the couple of a film, for which also g, W_N v, W_F v and W_ω v are differentiated.
+// The derivatives of a and of the multipliers follow from these residuals by the linear system that the state
 // itself has (formulations/event_driven/event_jacobian.cpp).
 //
-// The System is evaluated once with a recording number (numerics/traced.hpp), and the recorded operations are
-// differentiated (numerics/tangent_tape.hpp). Parameters appear as constants of the operations: their
-// derivatives by a parameter are differences of fourth order between the traces of displaced systems, formed
-// once. A parameter that changes the operations themselves is not covered.
+// Each function is evaluated once with a recording number (numerics/traced.hpp), and the recorded operations
+// are differentiated (numerics/tangent_tape.hpp). Where a comparison in it has another result, the function
+// is traced again at that state, and both traces are kept. Their number is that of the branches of the
+// equations that a run visits, at most `most_branches` of each function: few elements compare, because the
+// pieces of tables and curves are operations.
+//
+// Parameters appear as constants of the operations: their derivatives by a parameter are differences of
+// fourth order between the traces of displaced systems, formed once. A parameter is not covered if it changes
+// the operations themselves or the numbers of a table, or if a function calls code that is not traced.
 //
 // Usage:
 //
-//     auto tangent = SystemTangent::trace(system, near, parameters);   // null if an element cannot be traced
-//     if (!tangent->begin(point)) ...                                  // use another way at this state
-//     tangent->motion(directions, out);                                // for each block of directions
+//     SystemTangent tangent(system, SystemTangent::Use::modes, parameters);
+//     tangent.begin(point);
+//     tangent.motion(directions, out);                                 // for each block of directions
 #pragma once
 
 #include <array>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -49,25 +55,33 @@ class SystemTangent {
     double spacing = 0;
   };
   enum class Use { modes, penalty };
-  static std::unique_ptr<SystemTangent> trace(const System& system, const State& near,
-                                              std::span<const Parameter> parameters, Use use = Use::modes);
+  SystemTangent(const System& system, Use use, std::vector<Parameter> parameters = {});
 
-  /// Whether derivatives with respect to a parameter are complete.
+  /// Whether derivatives with respect to a parameter are complete, in the functions that have begun.
   bool covers(std::size_t parameter) const { return covered_[parameter]; }
 
-  /// A state with its accelerations and multipliers, and the cosines and sines of the bodies' angles.
+  /// A state with its accelerations and multipliers, the cosines and sines of the bodies' angles, and the
+  /// pieces of all phases (null: tables are evaluated at the state).
   struct Point {
     double t;
     const double *q, *v, *z, *a, *lambda, *cosine, *sine;
+    const Piece* pieces = nullptr;
   };
-  /// Forces of a contact in its mode.
+  /// Forces at a contact.
   struct ContactForce {
-    double normal, tangential;  ///< N; tangential: of a sticking contact, else 0
-    double slip;
+    double normal = 0;
+    double tangential = 0;  ///< N, in a mode of a sticking contact, else 0
+    double slip = 0;
+    double film_normal = 0, film = 0, torque = 0;  ///< N, N m, of a film along its rows
   };
-  /// False if a comparison in the equations has another result than where they were traced.
-  [[nodiscard]] bool begin(const Point& point);
-  [[nodiscard]] bool begin(const Point& point, int contact, const ContactForce& force);
+  /// Traces all functions near a state, so that none is traced there later.
+  void prepare(const State& near);
+  /// @name Evaluates all numbers of a function at a state
+  ///@{
+  void begin(const Point& point);
+  void begin_contact(const Point& point, int contact, const ContactForce& force);
+  void begin_friction(const Point& point, int friction, double force);
+  ///@}
 
   /// A block of directions: of t (one entry), q, v and z.
   struct Directions {
@@ -75,10 +89,6 @@ class SystemTangent {
     /// The first parameter of the block; −1: the parameters are constant.
     int first_parameter;
   };
-  /// Fills blocks with the entries from `offset` on of the directions from `first` on. Entries of a block
-  /// without a direction are 0.
-  static void gather(std::span<const std::vector<double>> directions, int first, int offset,
-                     std::vector<Block>& blocks);
   enum Power { drive, load, damping, powers };
   struct MotionSlopes {
     std::vector<Block> force, side, flow, power;
@@ -87,53 +97,81 @@ class SystemTangent {
   struct ContactSlopes {
     std::array<Block, 2> side;  ///< of the normal and of the tangential row
     Block slide, friction;      ///< of W_T v and λ_T
-    Block gap, rate;            ///< of g and W_N v, for penalty
+    Block gap, rate;            ///< of g and W_N v, for penalty and films
+    Block film, spin;           ///< of W_F v and W_ω v, for films
+  };
+  struct FrictionSlopes {
+    Block side, slide;  ///< of γ − W a and W v
   };
   MotionSlopes make_slopes() const;
-  /// At the state of begin().
+  /// @name Derivatives at the state of begin(). Forces of contacts and friction are added to those of the
+  /// motion
+  ///@{
   void motion(const Directions& d, MotionSlopes& out);
-  /// Adds the forces to those of the motion.
   void contact(int k, const Directions& d, MotionSlopes& motion, ContactSlopes& out);
-
-  /// Arrays of inputs of the traced functions; directions come last.
-  enum Array {
-    of_t,
-    of_q,
-    of_v,
-    of_z,
-    of_a,
-    of_lambda,
-    of_cosine,
-    of_sine,
-    of_contact,
-    of_parameters,
-    first_direction,
-    along_t = first_direction,
-    along_q,
-    along_v,
-    along_z,
-    along_parameters,
-    arrays
-  };
+  void friction(int k, const Directions& d, MotionSlopes& motion, FrictionSlopes& out);
+  ///@}
 
  private:
-  SystemTangent(const System& system, Use use) : system_(system), use_(use) {}
-  using Inputs = std::array<const double*, first_direction>;
-  using BlockInputs = std::array<const Block*, arrays - first_direction>;
-  Inputs inputs(const Point& point) const;
-  BlockInputs inputs(const Directions& d) const;
-  void vary(const TracedObject& nominal, const State& sample, std::span<const Parameter> parameters);
+  static constexpr std::size_t most_branches = 32;
+  /// A function in one branch.
+  struct Branch {
+    TangentTape tape;
+    bool in_pieces = false;
+    std::vector<double> varied;  // constants that vary
+    /// Their derivatives, for each block of parameters in turn.
+    std::vector<std::vector<Block>> slopes;
+  };
+  struct Function {
+    std::vector<std::unique_ptr<Branch>> branches;
+    Branch* present = nullptr;
+  };
+  void begin(std::size_t function, const Point& point, const double* forces);
+  std::unique_ptr<Branch> trace(std::size_t function, const Point& point);
+  TracedObject record(const System& system, std::size_t function, const Point& point) const;
+  std::vector<int> vary(Branch& branch, const TracedObject& nominal, std::size_t function,
+                        const Point& point);
+  void exclude(std::size_t parameter);
+  void differentiate(std::size_t function, const Directions& d, Block* const* out);
+  std::size_t contact_function(int k) const { return 1 + static_cast<std::size_t>(k); }
+  std::size_t friction_function(int k) const { return contact_function(system_.contacts() + k); }
 
   const System& system_;
   Use use_;
-  TangentTape motion_;
-  std::vector<TangentTape> contacts_;
+  std::vector<Parameter> parameters_;
   std::vector<bool> covered_;
-  std::vector<int> index_;      // of each constant among those that vary, or −1
-  std::vector<double> varied_;  // constants that vary
-  /// Their derivatives for each block of parameters in turn, and a block of zeros.
-  std::vector<std::vector<Block>> slopes_;
-  std::vector<Block> constant_;
+  std::vector<Function> functions_;  // the motion, contacts, joint friction
+  std::vector<Block> constant_;      // zeros
+};
+
+/// Blocks of some of a list of directions, whose entries are the coordinates, their rates and, from an offset
+/// on, the states of elements.
+class DirectionBlocks {
+ public:
+  DirectionBlocks(const System& system, int state_offset);
+  /// Those from `first` on; entries without a direction are 0. `times`: of t. Returns their number.
+  int take(std::span<const std::vector<double>> directions, std::span<const double> times, int first);
+  SystemTangent::Directions along(int first_parameter) const {
+    return {&t_, q_.data(), v_.data(), z_.data(), first_parameter};
+  }
+
+ private:
+  SystemTangent::Block t_;
+  std::vector<SystemTangent::Block> q_, v_, z_;
+  int state_offset_;
+};
+
+/// The directions of a Jacobian: unit vectors of the first `rates` components of a state and of `states` from
+/// an offset on, then the unit of time.
+struct UnitDirections {
+  std::vector<int> places;
+  std::vector<std::vector<double>> directions, columns;  ///< columns: derivatives along them
+  std::vector<double> times;
+
+  /// `further`: components of directions behind those of the state.
+  UnitDirections(int rates, int offset, int states, int size, int further = 0);
+  /// Writes the columns to J (column-major), whose other columns become 0, and to dfdt.
+  void put(double* J, double* dfdt) const;
 };
 
 }  // namespace freeplay

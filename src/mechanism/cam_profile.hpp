@@ -127,13 +127,4 @@ class CamProfile {
   double narrowest_ = turn;
 };
 
-/// f(x) for a number that may carry derivatives, from the values of f and f′.
-inline double lifted(double, double f, double) { return f; }
-/// A function value f with derivative df at x, as a value of type T.
-template <class T>
-requires requires(const T& x) { x.chain(0.0, 0.0); }
-T lifted(const T& x, double f, double df) { return x.chain(f, df); }
-/// A traced value depends on x already.
-inline Traced lifted(const Traced&, const Traced& f, const Traced&) { return f; }
-
 }  // namespace freeplay

@@ -2,13 +2,10 @@
 // forces.
 #pragma once
 
-#include <array>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
 
-#include "numerics/dual.hpp"
 #include "numerics/traced.hpp"
 #include "values/vec2.hpp"
 
@@ -53,36 +50,10 @@ struct OwnForce {
   Vec2 at(const std::string& load, double t, const Vec2& place, const Vec2& velocity) const {
     return force(context.get(), load.c_str(), t, place, velocity);
   }
-  /// A function outside the program cannot be traced.
-  Vec2Of<Traced> at(const std::string&, const Traced&, const Vec2Of<Traced>&, const Vec2Of<Traced>&) const {
-    throw NotTraceable("a load force is a function outside the program");
-  }
-  /// The force with its derivatives by central differences. Steps of ∛ε relative to the size of the
-  /// argument give errors of the order ∛ε².
-  template <int N>
-  Vec2Of<Dual<N>> at(const std::string& load, const Dual<N>& t, const Vec2Of<Dual<N>>& place,
-                     const Vec2Of<Dual<N>>& velocity) const {
-    std::array<double, 5> x{t.value, place.x().value, place.y().value, velocity.x().value,
-                            velocity.y().value};
-    const std::array<const Dual<N>*, 5> of{&t, &place.x(), &place.y(), &velocity.x(), &velocity.y()};
-    const auto value = [&] { return at(load, x[0], {x[1], x[2]}, {x[3], x[4]}); };
-    const Vec2 f = value();
-    Vec2Of<Dual<N>> r{Dual<N>(f.x()), Dual<N>(f.y())};
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      if (of[i]->slope == std::array<double, N>{}) continue;
-      const double here = x[i], h = 6e-6 * std::fmax(std::abs(here), 1e-3);
-      x[i] = here + h;
-      const Vec2 above = value();
-      x[i] = here - h;
-      const Vec2 rise = above - value();
-      x[i] = here;
-      for (int n = 0; n < N; ++n) {
-        r.x().slope[n] += rise.x() / (2 * h) * of[i]->slope[n];
-        r.y().slope[n] += rise.y() / (2 * h) * of[i]->slope[n];
-      }
-    }
-    return r;
-  }
+  /// The force in a trace, with its derivatives by central differences. Steps of ∛ε relative to the size of
+  /// the argument give errors of the order ∛ε².
+  Vec2Of<Traced> at(const std::string& load, const Traced& t, const Vec2Of<Traced>& place,
+                    const Vec2Of<Traced>& velocity) const;
 };
 
 struct Scene;

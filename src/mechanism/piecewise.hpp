@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "numerics/choice.hpp"
-#include "numerics/dual.hpp"
 
 namespace freeplay {
 
@@ -77,10 +76,10 @@ class Piecewise {
   ///@{
   template <class T>
   T value(const T& x) const {
-    return value(x, place_of(x));
+    return value(x, x);
   }
   template <class T>
-  T value(const T& x, const PlaceOf<T>& within) const {
+  T value(const T& x, const T& within) const {
     using std::sin;
     const auto p = find(within);
     const auto& s = stretch(p.index);
@@ -92,10 +91,10 @@ class Piecewise {
   }
   template <class T>
   Jet<T> jet(const T& x) const {
-    return jet(x, place_of(x));
+    return jet(x, x);
   }
   template <class T>
-  Jet<T> jet(const T& x, const PlaceOf<T>& within) const {
+  Jet<T> jet(const T& x, const T& within) const {
     using std::cos, std::sin;
     const auto p = find(within);
     const auto& s = stretch(p.index);

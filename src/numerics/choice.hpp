@@ -1,11 +1,10 @@
-// Choices by value in templates on the scalar. For numbers, with derivatives or without, a condition
-// is a bool and only the chosen branch is evaluated. For traced numbers it is part of the compiled
+// Choices by value in templates on the scalar. For numbers a condition is a bool and only the chosen branch
+// is evaluated. For traced numbers it is part of the compiled
 // function, which evaluates both branches, so neither may be refused (numerics/traced.hpp). Thus
 //
 //     choose(is_below(x, T(0)), [&] { return -x; }, [&] { return x; })
 //
-// is |x| in all of them. A place in a table is a number without derivatives: the entries of the table
-// are constant around it.
+// is |x| in all of them.
 #pragma once
 
 #include <cmath>
@@ -13,7 +12,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "numerics/dual.hpp"
 #include "numerics/traced.hpp"
 #include "values/vec2.hpp"
 
@@ -22,30 +20,13 @@ namespace freeplay {
 /// Whether operations on numbers of this type are recorded.
 template <class T>
 inline constexpr bool is_traced = std::is_same_v<T, Traced>;
-/// The type of places in tables that belong to numbers of type T.
-template <class T>
-using PlaceOf = std::conditional_t<is_traced<T>, Traced, double>;
-
-/// Whether a type of numbers has no derivatives.
-template <class T>
-inline constexpr bool is_place = std::is_same_v<T, PlaceOf<T>>;
-
-/// A number without its derivatives.
-template <class T>
-PlaceOf<T> place_of(const T& x) {
-  if constexpr (is_traced<T>)
-    return x;
-  else
-    return value_of(x);
-}
-
 /// a < b, of which one may be a plain number.
 template <class A, class B>
 auto is_below(const A& a, const B& b) {
   if constexpr (is_traced<A> || is_traced<B>)
     return holds(a, Relation::less, b);
   else
-    return value_of(a) < value_of(b);
+    return a < b;
 }
 
 /// a = b, likewise.
@@ -54,7 +35,7 @@ auto is_equal(const A& a, const B& b) {
   if constexpr (is_traced<A> || is_traced<B>)
     return holds(a, Relation::equal, b);
   else
-    return value_of(a) == value_of(b);
+    return a == b;
 }
 
 /// a ≤ b, likewise.

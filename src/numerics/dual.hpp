@@ -80,7 +80,4 @@ double value_of(const Dual<N>& x) {
   return x.value;
 }
 
-/// A number with its derivatives in four directions.
-using Gradient = Dual<4>;
-
 }  // namespace freeplay

@@ -1,6 +1,8 @@
 #include "numerics/tangent_tape.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 
 namespace freeplay {
@@ -14,9 +16,8 @@ struct Differentiated {
 /// Replays the operations of a function in the active trace.
 class Replay {
  public:
-  Replay(Trace& trace, const TracedFunction& f, const std::vector<double>& constants,
-         const TangentInputs& inputs)
-      : trace_(trace), nodes_(f.nodes), constants_(constants), inputs_(inputs) {
+  Replay(Trace& trace, const TracedObject& object, const TracedFunction& f, const TangentInputs& inputs)
+      : trace_(trace), object_(object), nodes_(f.nodes), constants_(object.constants()), inputs_(inputs) {
     pairs_.reserve(nodes_.size());
     std::size_t g = 0;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -57,18 +58,37 @@ class Replay {
         return trace_.input(other->first, other->second, result_of(operation, value.value, 0));
     return record(operation, value);
   }
+  Traced look_up(const Node& n) const {
+    const auto table =
+        std::span(constants_).subspan(static_cast<std::size_t>(n.b), static_cast<std::size_t>(n.c));
+    return n.operation == Operation::locate ? locate(at(n.a).value, table) : pick(at(n.a).value, table);
+  }
+  /// Numbers without derivatives: an argument itself, the results of a call, and each of them.
+  Traced outside(const Node& n) {
+    if (n.operation == Operation::argument) return at(n.a).value;
+    if (n.operation == Operation::result) return results_[static_cast<std::size_t>(n.b)];
+    std::vector<Traced> x;
+    for (int i = n.a; i >= 0; i = nodes_[static_cast<std::size_t>(i)].b) x.push_back(at(i).value);
+    std::ranges::reverse(x);
+    results_ = trace_.call(object_.outside()[static_cast<std::size_t>(n.b)], x);
+    return {};
+  }
   Differentiated differentiated(const Node& n);
 
   Trace& trace_;
+  const TracedObject& object_;
   const std::vector<Node>& nodes_;
   const std::vector<double>& constants_;
   const TangentInputs& inputs_;
   std::vector<Differentiated> pairs_;
+  std::vector<Traced> results_;  // of the last call
 };
 
 Differentiated Replay::differentiated(const Node& n) {
   if (n.operation == Operation::constant) return constant(n);
   if (n.operation == Operation::input) return n.a < 0 ? Differentiated{} : input(n);
+  if (n.operation >= Operation::argument) return {outside(n), 0};
+  if (n.operation >= Operation::locate) return {look_up(n), 0};
   const auto& [a, da] = at(n.a);
   const auto [b, db] = n.b < 0 ? Differentiated{} : at(n.b);
   switch (n.operation) {
@@ -122,10 +142,10 @@ Differentiated Replay::differentiated(const Node& n) {
 
 }  // namespace
 
-void append_tangent(TracedObject& to, std::string_view name, const TracedFunction& f,
-                    const std::vector<double>& constants, const TangentInputs& inputs) {
+void append_tangent(TracedObject& to, std::string_view name, const TracedObject& from,
+                    const TracedFunction& f, const TangentInputs& inputs) {
   Trace trace(to, name);
-  const Replay replay(trace, f, constants, inputs);
+  const Replay replay(trace, from, f, inputs);
   for (const auto& o : f.outputs) {
     const auto& slope = replay.at(o.node).slope;
     if (!slope.is_constant()) trace.output(o.array, o.index, slope);
@@ -144,11 +164,11 @@ auto& at(List& list, int i) {
 /// Chooses and orders the steps of a tape, and the places of their results.
 class TangentTape::Builder {
  public:
-  Builder(TangentTape& tape, const TracedFunction& f, const std::vector<double>& constants,
-          int first_direction)
+  Builder(TangentTape& tape, const TracedObject& object, const TracedFunction& f, int first_direction)
       : tape_(tape),
+        object_(object),
         nodes_(f.nodes),
-        constants_(constants),
+        constants_(object.constants()),
         first_(first_direction),
         wide_(f.nodes.size()),
         uses_(f.uses()),
@@ -180,14 +200,40 @@ class TangentTape::Builder {
   }
   void add_value(int i) {
     const auto& n = at(nodes_, i);
+    if (n.operation == Operation::argument) {
+      at(place_, i) = at(place_, n.a);
+      return;
+    }
+    if (n.operation == Operation::result) {
+      at(place_, i) = at(place_, n.a) + n.b;
+      return;
+    }
     at(place_, i) = static_cast<int>(tape_.values_.size());
     tape_.values_.push_back(n.operation != Operation::constant ? 0 : n.a < 0 ? n.b : at(constants_, n.a));
     if (n.operation == Operation::constant) return;
+    if (n.operation == Operation::outside) return add_call(i);
+    if (n.operation == Operation::locate || n.operation == Operation::pick) {
+      const auto from = constants_.begin() + n.b;
+      tape_.value_steps_.push_back(
+          {n.operation, at(place_, i), at(place_, n.a), static_cast<int>(tape_.tables_.size()), n.c});
+      tape_.tables_.insert(tape_.tables_.end(), from, from + n.c);
+      return;
+    }
     const auto operand = [&](int x) { return x < 0 ? 0 : at(place_, x); };
     if (n.operation == Operation::input)
       tape_.value_steps_.push_back({n.operation, at(place_, i), n.a, n.b, 0});
     else
       tape_.value_steps_.push_back({n.operation, at(place_, i), operand(n.a), operand(n.b), operand(n.c)});
+  }
+  void add_call(int i) {
+    const auto& n = at(nodes_, i);
+    Call call{at(object_.outside(), n.b), {}, {}};
+    for (int a = n.a; a >= 0; a = at(nodes_, a).b) call.arguments.push_back(at(place_, a));
+    std::ranges::reverse(call.arguments);
+    call.x.resize(call.arguments.size());
+    tape_.values_.resize(tape_.values_.size() + call.function->results - 1);
+    tape_.value_steps_.push_back({n.operation, at(place_, i), static_cast<int>(tape_.calls_.size()), 0, 0});
+    tape_.calls_.push_back(std::move(call));
   }
   /// A product of a direction and a number that only this sum uses.
   bool is_own_product(int i) const {
@@ -277,6 +323,7 @@ class TangentTape::Builder {
   }
 
   TangentTape& tape_;
+  const TracedObject& object_;
   const std::vector<Node>& nodes_;
   const std::vector<double>& constants_;
   int first_, blocks_ = 0;
@@ -284,8 +331,8 @@ class TangentTape::Builder {
   std::vector<int> uses_, place_;
 };
 
-TangentTape::TangentTape(const TracedFunction& f, const std::vector<double>& constants, int first_direction) {
-  const Builder builder(*this, f, constants, first_direction);
+TangentTape::TangentTape(const TracedObject& object, const TracedFunction& f, int first_direction) {
+  const Builder builder(*this, object, f, first_direction);
 }
 
 bool TangentTape::values(const double* const* in) {
@@ -311,6 +358,18 @@ bool TangentTape::values(const double* const* in) {
       case Operation::select:
         y = v[s.a] != 0 ? v[s.b] : v[s.c];
         break;
+      case Operation::locate:
+        y = static_cast<double>(std::upper_bound(&tables_[s.b], &tables_[s.b] + s.c, v[s.a]) - &tables_[s.b]);
+        break;
+      case Operation::pick:
+        y = tables_[static_cast<std::size_t>(s.b) + static_cast<std::size_t>(v[s.a])];
+        break;
+      case Operation::outside: {
+        auto& call = calls_[s.a];
+        for (std::size_t i = 0; i < call.x.size(); ++i) call.x[i] = v[call.arguments[i]];
+        call.function->evaluate(call.x.data(), &y);
+        break;
+      }
       default:
         y = result_of(s.operation, v[s.a], v[s.b]);
     }

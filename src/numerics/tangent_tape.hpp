@@ -5,7 +5,7 @@
 //
 // Usage:
 //
-//     TangentTape tape(object.function(0), object.constants(), first_direction);
+//     TangentTape tape(object, object.function(0), first_direction);
 //     if (!tape.values(in)) ...                       // a comparison has another result: not usable here
 //     tape.directions(directions, out);               // blocks of TangentTape::width directions
 #pragma once
@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -45,10 +46,10 @@ struct TangentInputs {
   std::function<std::optional<std::pair<int, int>>(Operation, int array, int index)> known;
 };
 
-/// Appends the derivative of `f`, a function of an unshared object with these constants. Its outputs that
-/// are always zero are left out.
-void append_tangent(TracedObject& to, std::string_view name, const TracedFunction& f,
-                    const std::vector<double>& constants, const TangentInputs& inputs);
+/// Appends the derivative of `f`, a function of the unshared object `from`. Its outputs that are always zero
+/// are left out. Numbers in tables must not be among the constants that vary.
+void append_tangent(TracedObject& to, std::string_view name, const TracedObject& from,
+                    const TracedFunction& f, const TangentInputs& inputs);
 
 class TangentTape {
  public:
@@ -58,17 +59,22 @@ class TangentTape {
 
   TangentTape() = default;
   /// Inputs from the array `first_direction` on are directions.
-  TangentTape(const TracedFunction& f, const std::vector<double>& constants, int first_direction);
+  TangentTape(const TracedObject& object, const TracedFunction& f, int first_direction);
 
   /// Evaluates all numbers that the derivatives need. False if a guard fails.
-  [[nodiscard]] bool values(const double* const* in);
+  bool values(const double* const* in);
   /// Adds the derivatives along a block of directions to the outputs; in[i] is array `first_direction` + i.
   void directions(const Block* const* in, Block* const* out);
 
  private:
   struct ValueStep {
     Operation operation;
-    int out, a, b, c;
+    int out, a, b, c;  // of a look-up a, first number of its table, size; of a call its number
+  };
+  struct Call {
+    std::shared_ptr<const OutsideFunction> function;
+    std::vector<int> arguments;
+    std::vector<double> x;
   };
   /// Block `out` from the blocks a and b, and number c:
   enum class Kind { input, add, subtract, negate, multiply, divide, select, add_product, subtract_product };
@@ -85,7 +91,8 @@ class TangentTape {
   std::vector<BlockStep> block_steps_;
   std::vector<TracedFunction::Guard> guards_;
   std::vector<BlockOutput> outputs_;
-  std::vector<double> values_;
+  std::vector<double> values_, tables_;
+  std::vector<Call> calls_;
   std::vector<Block> blocks_;
 };
 

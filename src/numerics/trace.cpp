@@ -115,6 +115,12 @@ Traced pick(const Traced& index, std::span<const double> column) {
   return Trace::active()->look_up(Operation::pick, index, column, found);
 }
 
+std::vector<Traced> call_outside(OutsideFunction function, std::span<const Traced> x, const char* reason) {
+  auto* trace = Trace::active();
+  if (!trace->is_unshared()) throw NotTraceable(reason);
+  return trace->call(std::make_shared<const OutsideFunction>(std::move(function)), x);
+}
+
 double value_of(const Traced& x) {
   if (!x.is_constant()) throw NotTraceable("a place is found by iteration");
   return x.value;
@@ -185,6 +191,10 @@ bool TracedObject::last_reads_from(int array) const {
 }
 
 int TracedObject::table(std::span<const double> values) {
+  if (!shares_) {
+    constants_.insert(constants_.end(), values.begin(), values.end());
+    return static_cast<int>(constants_.size() - values.size());
+  }
   std::vector<std::uint64_t> bits;
   for (const double x : values) bits.push_back(std::bit_cast<std::uint64_t>(x));
   const auto [at, is_new] = tables_.try_emplace(std::move(bits), static_cast<int>(constants_.size()));
@@ -331,10 +341,27 @@ Traced Trace::choose(const Traced& condition, const Traced& a, const Traced& b) 
 }
 
 Traced Trace::look_up(Operation operation, const Traced& x, std::span<const double> values, double found) {
-  if (!object_.shares_) throw NotTraceable("derivatives of tables are not recorded");
   Traced result(found);
-  result.node = intern(operation, operand(x), object_.table(values), static_cast<int>(values.size()));
+  const int at = operand(x);
+  result.node = intern(operation, at, object_.table(values), static_cast<int>(values.size()));
   return result;
+}
+
+std::vector<Traced> Trace::call(std::shared_ptr<const OutsideFunction> function, std::span<const Traced> x) {
+  int last = -1;
+  std::vector<double> in, out(function->results);
+  for (const auto& argument : x) {
+    const int node = operand(argument);
+    last = intern(Operation::argument, node, last);
+    in.push_back(argument.value);
+  }
+  function->evaluate(in.data(), out.data());
+  const int call = intern(Operation::outside, last, static_cast<int>(object_.outside_.size()));
+  object_.outside_.push_back(std::move(function));
+  std::vector<Traced> results(out.begin(), out.end());
+  for (std::size_t i = 0; i < out.size(); ++i)
+    results[i].node = intern(Operation::result, call, static_cast<int>(i));
+  return results;
 }
 
 void Trace::require(const Traced& condition) {

@@ -58,13 +58,14 @@ struct TracedFunction {
     Operation operation;
     int a, b;  // operands; of an input its array and index; of a constant its slot
     int c;     // third operand, −1: none
-    // A look-up has one operand a; b is the first slot of its table, c the number of entries.
+    // A look-up has one operand a; b is the first slot of its table, c the number of entries. A call and its
+    // results have one, too; b is the number of the function, or of the result.
     bool operator==(const Node&) const = default;
     /// Calls f with each operand.
     void each_operand(auto f) const {
       if (operation == Operation::constant || operation == Operation::input) return;
       f(a);
-      if (operation == Operation::locate || operation == Operation::pick) return;
+      if (operation >= Operation::locate && operation != Operation::argument) return;
       if (b >= 0) f(b);
       if (c >= 0) f(c);
     }
@@ -116,6 +117,8 @@ class TracedObject {
   const std::vector<double>& constants() const { return constants_; }
   int functions() const { return static_cast<int>(functions_.size()); }
   const TracedFunction& function(int i) const { return *functions_[static_cast<std::size_t>(i)]; }
+  /// Functions that are called.
+  const std::vector<std::shared_ptr<const OutsideFunction>>& outside() const { return outside_; }
   /// Whether the last function depends on entries of an input array from this one on.
   bool last_reads_from(int array) const;
   /// Removes the last function.
@@ -133,6 +136,7 @@ class TracedObject {
   std::vector<double> constants_;
   std::unordered_map<std::uint64_t, int> slot_;  // by the bits of the value
   std::map<std::vector<std::uint64_t>, int> tables_;
+  std::vector<std::shared_ptr<const OutsideFunction>> outside_;
   Functions functions_, like_;
   int lanes_;
   bool shares_ = true;
@@ -161,6 +165,9 @@ class Trace {
   Traced record(Operation operation, const Traced& a, const Traced& b);
   Traced choose(const Traced& condition, const Traced& a, const Traced& b);
   Traced look_up(Operation operation, const Traced& x, std::span<const double> values, double found);
+  std::vector<Traced> call(std::shared_ptr<const OutsideFunction> function, std::span<const Traced> x);
+  /// Whether the function is only differentiated.
+  bool is_unshared() const { return !object_.shares_; }
   bool compare(const Traced& a, Relation relation, const Traced& b);
   static Trace* active();
 

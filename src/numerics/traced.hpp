@@ -11,8 +11,11 @@
 // bookkeeping into each of them.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <span>
 #include <stdexcept>
+#include <vector>
 
 /// @cond internal
 
@@ -45,7 +48,12 @@ enum class Operation {
   select,
   // look-ups in a table of constants (locate(), pick()): the first result is a whole number
   locate,
-  pick
+  pick,
+  // call_outside(): an argument of a call, after another one; the call, of which this is the last argument;
+  // and each of its results
+  argument,
+  outside,
+  result
 };
 enum class Relation { less, less_equal, equal };
 
@@ -121,6 +129,15 @@ inline Traced either(const Traced& a, const Traced& b) { return record(Operation
 /// Entry `index` of a column.
 [[gnu::noinline]] Traced pick(const Traced& index, std::span<const double> column);
 ///@}
+
+/// A function of numbers that cannot be traced: a search by iteration, or code outside the program.
+struct OutsideFunction {
+  std::size_t results = 0;
+  std::function<void(const double* x, double* y)> evaluate = {};
+};
+/// Its results at x, as numbers without derivatives. Their derivatives, if there are any, must be among them.
+/// Throws NotTraceable with `reason` unless the function is only differentiated (TracedObject::unshared()).
+std::vector<Traced> call_outside(OutsideFunction function, std::span<const Traced> x, const char* reason);
 
 /// The value of a constant. Throws NotTraceable for any other number: a search by iteration has no
 /// compiled function.

@@ -4,6 +4,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/meshing.hpp"
 #include "dynamics/system.hpp"
+#include "dynamics/system_tangent.hpp"
 #include "io/scene/write_scene.hpp"
 #include "verification/support/rig.hpp"
 
@@ -100,6 +101,12 @@ TEST_CASE("contact rows of teeth, slots and stops are the derivatives of their g
   const System system(scene.mechanism);
   REQUIRE(system.contacts() == 14);
   auto e = system.make_evaluation();
+  SystemTangent tangent(system, SystemTangent::Use::penalty);
+  auto motion = tangent.make_slopes();
+  DirectionBlocks blocks(system, 12);
+  std::vector<std::vector<double>> units(6, std::vector<double>(12));
+  for (std::size_t i = 0; i < 6; ++i) units[i][i] = 1;
+  const std::vector<double> still(6);
   std::mt19937 engine(7);
   const double h = 1e-4;
   for (int trial = 0; trial < 50; ++trial) {
@@ -126,23 +133,14 @@ TEST_CASE("contact rows of teeth, slots and stops are the derivatives of their g
       // rounding 1e-15/h.
       CHECK(rate == Approx(slope([&](double t) { return gap(k, t); }, h)).margin(1e-8));
       CHECK(bend == Approx(slope([&](double t) { return look(k, t); }, h)).margin(1e-6));
-      // With derivatives carried along: those of the gap are the row itself.
-      auto exact = system.make_evaluation<Gradient>();
-      for (const int from : {0, 3}) {
-        std::vector<Gradient> q, v;
-        for (int i = 0; i < 6; ++i) {
-          Gradient x(m.q[i]);
-          if (i >= from && i < from + 3) x.slope[i - from] = 1;
-          q.push_back(x);
-          v.emplace_back(m.v[i]);
-        }
-        system.place<Gradient>(0, q.data(), exact);
-        ContactRowOf<Gradient> of;
-        system.contact<Gradient>(k, q.data(), v.data(), exact, of);
-        look(k, 0);
-        for (int i = 0; i < 3; ++i)
-          CHECK(of.gap.slope[i] == Approx(row.normal.value[from + i]).margin(1e-12));
-      }
+      // The derivatives of the gap by the traced equations are the row itself.
+      look(k, 0);
+      tangent.begin_contact(
+          {0, m.q.data(), m.v.data(), nullptr, still.data(), nullptr, e.cosine.data(), e.sine.data()}, k, {});
+      blocks.take(units, {}, 0);
+      SystemTangent::ContactSlopes slopes;
+      tangent.contact(k, blocks.along(-1), motion, slopes);
+      for (int i = 0; i < 6; ++i) CHECK(slopes.gap[i] == Approx(row.normal.value[i]).margin(1e-12));
     }
   }
 }

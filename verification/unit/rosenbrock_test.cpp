@@ -1,18 +1,11 @@
-// Implicit steps: the elimination of integrals and of quantities on which nothing depends, and
-// Jacobians of penalty runs by traced equations.
+// Implicit steps: the elimination of integrals and of quantities on which nothing depends.
 #include <Eigen/Dense>
 #include <cstddef>
 
-#include "dynamics/assembly/assembly.hpp"
-#include "dynamics/system.hpp"
-#include "dynamics/system_tracer.hpp"
-#include "formulations/penalty/penalty.hpp"
 #include "numerics/rosenbrock4.hpp"
-#include "verification/random_scenes/scene.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-namespace rs = freeplay::verification::random_scenes;
 
 namespace {
 
@@ -43,25 +36,6 @@ struct LinearProblem {
     return to;
   }
 };
-
-/// Moves the bodies of a contact along its normal until it is 1e-3 of its clearance deep, or 1 µm.
-void press(const System& system, int k, State& at) {
-  const auto n = static_cast<std::size_t>(system.n());
-  auto e = system.make_evaluation();
-  ContactRow row;
-  for (int repeat = 0; repeat < 3; ++repeat) {
-    system.place(at.t, at.q.data(), e);
-    system.rate(at.q.data(), at.v.data(), e);
-    system.contact(k, at.q.data(), at.v.data(), e, row);
-    const double clearance = system.contact_facts(k).clearance;
-    const double depth = clearance > 0 ? 1e-3 * clearance : 1e-6;
-    std::vector<double> normal(n);
-    row.normal.add_to(normal.data(), 1);
-    double square = 0;
-    for (const double w : normal) square += w * w;
-    for (std::size_t i = 0; i < n && square > 0; ++i) at.q[i] -= (row.gap + depth) * normal[i] / square;
-  }
-}
 
 }  // namespace
 
@@ -115,62 +89,4 @@ TEST_CASE("rosenbrock4: steps that damp growth are known from the sign of the de
     p.step(Eigen::VectorXd::Ones(4), h, error, &damped);
     CHECK(damped == (h > pole));
   }
-}
-
-TEST_CASE("random scenes: traced Jacobians of penalty runs equal those by dual numbers", "[compiled]") {
-  // Both are exact; products of the stiffness 1e10 with rounding of the rows remain.
-  constexpr double bound = 1e-9;
-  std::mt19937 engine(20261127);
-  int scenes = 0, states = 0, pressed = 0, refused = 0;
-  for (int index = 0; index < 150 && scenes < 40; ++index) {
-    const auto drawn = rs::draw(11, index);
-    for (const auto& way : rs::ways(drawn.suite)) {
-      if (way.family != Family::penalty || !rs::has_model(drawn, way)) continue;
-      const auto scene = rs::scene_for(drawn, way);
-      const System system(scene.mechanism);
-      const auto start = assemble(scene.mechanism, scene.run.start);
-      if (system.n() == 0) break;
-      const auto parts = make_penalty_parts(scene, system, start);
-      const auto traced = parts.steps->dynamics().twin(), general = parts.steps->dynamics().twin();
-      traced->trace_jacobian(start);
-      ++scenes;
-      INFO(drawn.kind << " " << index << " " << way.name);
-      for (int mode = 0; mode < 4; ++mode, ++states) {
-        auto at = moved(system, start, still_coordinates(system, start), 31 + mode);
-        const int contact = mode > 0 && system.contacts() > 0 ? mode % system.contacts() : -1;
-        if (contact >= 0) press(system, contact, at);
-        const auto size = static_cast<std::size_t>(traced->size());
-        std::vector<double> x(size);
-        std::ranges::copy(at.q, x.begin());
-        std::ranges::copy(at.v, x.begin() + system.n());
-        std::ranges::copy(at.z, x.begin() + traced->state_offset());
-        for (auto* f : {traced.get(), general.get()})
-          for (int k = 0; k < system.contacts(); ++k)
-            f->contacts()[static_cast<std::size_t>(k)].closed = k == contact;
-        std::vector<double> J(size * size), t(size), J_general(size * size), t_general(size);
-        traced->jacobian(x, at.t, J.data(), t.data());
-        general->jacobian(x, at.t, J_general.data(), t_general.data());
-        const bool by_traced = traced->jacobian_is_traced();
-        CHECK_FALSE(general->jacobian_is_traced());
-        if (!by_traced) ++refused;
-        if (by_traced && contact >= 0) ++pressed;
-        double most = 0, scale = 0;
-        for (std::size_t i = 0; i < J.size(); ++i) {
-          most = std::max(most, std::abs(J[i] - J_general[i]));
-          scale = std::max(scale, std::abs(J_general[i]));
-        }
-        for (std::size_t i = 0; i < t.size(); ++i) {
-          most = std::max(most, std::abs(t[i] - t_general[i]));
-          scale = std::max(scale, std::abs(t_general[i]));
-        }
-        CHECK(most <= bound * scale);
-      }
-      break;
-    }
-  }
-  CAPTURE(scenes, states, pressed, refused);
-  CHECK(scenes >= 20);
-  CHECK(pressed >= 40);
-  // Scenes with joint friction, films or bristles are not traced, others only at states with other branches.
-  CHECK(refused <= states / 2);
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
 #include "dynamics/planar.hpp"
 #include "mechanism/error.hpp"
@@ -11,8 +10,6 @@
 
 namespace freeplay {
 namespace {
-
-constexpr int chunk = static_cast<int>(std::tuple_size_v<decltype(Gradient::slope)>);
 
 /// Length scale: the longest arm, or the greatest radius of a contact.
 double length_of(const System& system) {
@@ -37,29 +34,36 @@ Statics::Statics(const System& system, Compliances elastic)
       elastic_(std::move(elastic)),
       length_(length_of(system)),
       e_(system.make_evaluation()),
-      d_(system.make_evaluation<Gradient>()),
+      tangent_(system, SystemTangent::Use::penalty),
+      blocks_(system, 2 * system.n()),
+      motion_(tangent_.make_slopes()),
       rest_(system.n(), 0.0),
       f_(system.n()) {}
 
-/// Newton's method on flow(q, z) = 0, which is linear in z for all present elements.
+/// The state of the last place(), at rest.
+SystemTangent::Point Statics::point(const double* q, const std::vector<double>& z,
+                                    const std::vector<double>& lambda) const {
+  return {0, q, rest_.data(), z.data(), rest_.data(), lambda.data(), e_.cosine.data(), e_.sine.data()};
+}
+
+/// Newton's method on flow(q, z) = 0, which is linear in z for all present elements; needs place().
 void Statics::settle_states(const double* q, std::vector<double>& z) {
-  const int states = system_.states();
+  const int n = system_.n(), states = system_.states();
   z.resize(states, 0.0);
   if (states == 0) return;
-  std::vector<Gradient> at(q, q + system_.n()), still(at.size()), x(states), rate(states);
+  const std::vector<double> none(system_.rows());
+  std::vector<std::vector<double>> units(states, std::vector<double>(2 * n + states));
+  for (int k = 0; k < states; ++k) units[k][2 * n + k] = 1;
   for (int pass = 0; pass < 50; ++pass) {
     Eigen::MatrixXd J(states, states);
     Eigen::VectorXd r(states);
-    for (int first = 0; first < states; first += chunk) {
-      for (int k = 0; k < states; ++k) {
-        x[k] = z[k];
-        if (k >= first && k < first + chunk) x[k].slope[k - first] = 1;
-      }
-      system_.flow<Gradient>(0, at.data(), still.data(), x.data(), rate.data());
-      for (int k = 0; k < states; ++k) {
-        r[k] = rate[k].value;
-        for (int s = 0; s < std::min(chunk, states - first); ++s) J(k, first + s) = rate[k].slope[s];
-      }
+    system_.flow(0, q, rest_.data(), z.data(), r.data());
+    tangent_.begin(point(q, z, none));
+    for (int first = 0; first < states; first += TangentTape::width) {
+      const int some = blocks_.take(units, {}, first);
+      tangent_.motion(blocks_.along(-1), motion_);
+      for (int s = 0; s < some; ++s)
+        for (int k = 0; k < states; ++k) J(k, first + s) = motion_.flow[k][s];
     }
     const auto step = solve_regular(J, r);
     if (!step)
@@ -74,8 +78,8 @@ void Statics::settle_states(const double* q, std::vector<double>& z) {
 }
 
 const Eigen::VectorXd& Statics::applied(const Eigen::VectorXd& q, std::vector<double>& z) {
-  settle_states(q.data(), z);
   system_.place(0, q.data(), e_);
+  settle_states(q.data(), z);
   system_.forces(0, q.data(), rest_.data(), z.data(), e_);
   f_ = Eigen::Map<const Eigen::VectorXd>(e_.force.data(), system_.n());
   return f_;
@@ -119,55 +123,53 @@ Linearised Statics::linearise(const AtRest& at, const Eigen::VectorXd& mu) {
   Linearised l{Eigen::MatrixXd::Zero(n, n),      Eigen::MatrixXd::Zero(n, n),
                Eigen::MatrixXd::Zero(n, states), Eigen::MatrixXd::Zero(states, n),
                Eigen::MatrixXd::Zero(states, n), Eigen::MatrixXd::Zero(states, states)};
-  std::vector<Gradient> q(n), v(n), z(states), R(n), flow(states);
-  ContactRowOf<Gradient> row;
-  const int inputs = 2 * n + states;
-  for (int first = 0; first < inputs; first += chunk) {
-    const int directions = std::min(chunk, inputs - first);
-    const auto seed = [&](int input, double value) {
-      Gradient x(value);
-      if (input >= first && input < first + directions) x.slope[input - first] = 1;
-      return x;
-    };
-    for (int i = 0; i < n; ++i) q[i] = seed(i, at.q[i]);
-    for (int i = 0; i < n; ++i) v[i] = seed(n + i, 0);
-    for (int k = 0; k < states; ++k) z[k] = seed(2 * n + k, at.z[k]);
-    system_.place<Gradient>(0, q.data(), d_);
-    system_.forces<Gradient>(0, q.data(), v.data(), z.data(), d_);
-    system_.flow<Gradient>(0, q.data(), v.data(), z.data(), flow.data());
-    R = d_.force;
-    const auto& p = system_.pattern();
-    for (int k = 0; k < rows; ++k) {
-      const double lambda = mu[k] * (system_.is_angle_row(k) ? length_ : 1);
-      for (int i = p.begin[k]; i < p.begin[k + 1]; ++i) R[p.column[i]] -= lambda * d_.G[i];
+  system_.place(0, at.q.data(), e_);
+  std::vector<double> lambda(rows);
+  for (int k = 0; k < rows; ++k) lambda[k] = mu[k] * (system_.is_angle_row(k) ? length_ : 1);
+  const auto here = point(at.q.data(), at.z, lambda);
+  tangent_.begin(here);
+  struct Pressed {
+    int contact;
+    double force, stiffness;  // N, N/m
+    SparseRow row;
+  };
+  std::vector<Pressed> pressed;
+  int next = rows;
+  for (int k = 0; k < system_.contacts(); ++k) {
+    const bool held = std::ranges::binary_search(closed, k);
+    if (!held && !(at.elastic[k] > 0)) continue;
+    system_.contact(k, at.q.data(), rest_.data(), e_, row_);
+    const auto* law = held ? nullptr : compliance(k);
+    pressed.push_back(
+        {k, held ? -mu[next++] : law->force(-row_.gap), held ? 0 : law->slope(-row_.gap), row_.normal});
+    tangent_.begin_contact(here, k, {.normal = pressed.back().force});
+  }
+  std::vector<std::vector<double>> units(2 * n + states, std::vector<double>(2 * n + states));
+  for (std::size_t i = 0; i < units.size(); ++i) units[i][i] = 1;
+  SystemTangent::ContactSlopes contact;
+  Eigen::VectorXd R(n), flow(states);
+  for (int first = 0; first < 2 * n + states; first += TangentTape::width) {
+    const int some = blocks_.take(units, {}, first);
+    const auto along = blocks_.along(-1);
+    tangent_.motion(along, motion_);
+    for (const auto& p : pressed) {
+      tangent_.contact(p.contact, along, motion_, contact);
+      for (int i = 0; i < p.row.size; ++i)
+        motion_.force[p.row.column[i]] -= p.stiffness * p.row.value[i] * contact.gap;
     }
-    int next = rows;
-    for (int k = 0; k < system_.contacts(); ++k) {
-      const bool held = std::ranges::binary_search(closed, k);
-      if (!held && !(at.elastic[k] > 0)) continue;
-      system_.contact(k, q.data(), v.data(), d_, row);
-      const auto* law = compliance(k);
-      const Gradient amount = held ? Gradient(-mu[next++])
-                                   : (-row.gap).chain(law->force(-row.gap.value), law->slope(-row.gap.value));
-      for (int i = 0; i < row.normal.size; ++i) R[row.normal.column[i]] += amount * row.normal.value[i];
-    }
-    for (int s = 0; s < directions; ++s) {
+    for (int s = 0; s < some; ++s) {
+      for (int i = 0; i < n; ++i) R[i] = motion_.force[i][s];
+      for (int k = 0; k < states; ++k) flow[k] = motion_.flow[k][s];
       const int input = first + s;
-      for (int i = 0; i < n; ++i) {
-        if (input < n)
-          l.K(i, input) = -R[i].slope[s];
-        else if (input < 2 * n)
-          l.D(i, input - n) = -R[i].slope[s];
-        else
-          l.Z(i, input - 2 * n) = R[i].slope[s];
-      }
-      for (int k = 0; k < states; ++k) {
-        if (input < n)
-          l.flow_q(k, input) = flow[k].slope[s];
-        else if (input < 2 * n)
-          l.flow_v(k, input - n) = flow[k].slope[s];
-        else
-          l.flow_z(k, input - 2 * n) = flow[k].slope[s];
+      if (input < n) {
+        l.K.col(input) = -R;
+        l.flow_q.col(input) = flow;
+      } else if (input < 2 * n) {
+        l.D.col(input - n) = -R;
+        l.flow_v.col(input - n) = flow;
+      } else {
+        l.Z.col(input - 2 * n) = R;
+        l.flow_z.col(input - 2 * n) = flow;
       }
     }
   }

@@ -5,7 +5,7 @@
 //
 // where C consists of the constraint rows G and, for contacts held closed, their rows W_N
 // (F_N = −μ). K includes the geometric stiffness ∂(Cᵀμ)/∂q of reactions and contact forces.
-// Derivatives are computed with dual numbers. Friction, films and contact damping exert no force at
+// Derivatives are those of the traced equations (dynamics/system_tangent.hpp). Friction, films and contact damping exert no force at
 // rest and are not part of D.
 #pragma once
 
@@ -15,6 +15,7 @@
 
 #include "dynamics/assembly/compliance.hpp"
 #include "dynamics/system.hpp"
+#include "dynamics/system_tangent.hpp"
 
 namespace freeplay {
 
@@ -64,13 +65,17 @@ class Statics {
 
  private:
   void settle_states(const double* q, std::vector<double>& z);
+  SystemTangent::Point point(const double* q, const std::vector<double>& z,
+                             const std::vector<double>& lambda) const;
   const Eigen::VectorXd& applied(const Eigen::VectorXd& q, std::vector<double>& z);
 
   const System& system_;
   Compliances elastic_;
   double length_ = 1;
   Evaluation e_;
-  EvaluationOf<Gradient> d_;
+  SystemTangent tangent_;
+  DirectionBlocks blocks_;
+  SystemTangent::MotionSlopes motion_;
   ContactRow row_;
   std::vector<double> rest_;
   Eigen::VectorXd f_;

@@ -39,7 +39,7 @@ struct BumpForce : Bump {
           });
       return {-sign * size, -(size - spring) * rate};
     };
-    const PlaceOf<T> place = piece ? piece->inside() : place_of(at);
+    const T place = piece ? piece->inside() : at;
     const auto below = [&]() -> Push<T> {
       if (!lower) return {};
       return choose(

@@ -138,13 +138,12 @@ struct ControllerDynamics : Facts {
     Demand<T> d;
     Jet<T> goal;
     bool swept = false;
-    if constexpr (is_place<T>)
-      if (const auto* s = m.reading.sweep) {
-        const T from = m.t - 0.5 * s->h, to = m.t + 0.5 * s->h;
-        goal.value = course.mean(from, to);
-        goal.slope = (course.value(to) - course.value(from)) / s->h;
-        swept = true;
-      }
+    if (const auto* s = m.reading.sweep) {
+      const T from = m.t - 0.5 * s->h, to = m.t + 0.5 * s->h;
+      goal.value = course.mean(from, to);
+      goal.slope = (course.value(to) - course.value(from)) / s->h;
+      swept = true;
+    }
     if (!swept) goal = course.jet(m.t);
     d.error = goal.value - now.place;
     d.u = this->proportional * d.error;

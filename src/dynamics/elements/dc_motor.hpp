@@ -45,8 +45,7 @@ struct Dynamics<DcMotor> : DcMotor {
   template <class T>
   T excess(const auto& m, const auto& link) const {
     const T speed = m.spin(link), emf = emf_constant.value_or(torque_constant) * speed;
-    if constexpr (is_place<T>)
-      if (const auto* s = m.reading.sweep) return supply.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h) - emf;
+    if (const auto* s = m.reading.sweep) return supply.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h) - emf;
     return supply.value(m.t) - emf;
   }
 };

@@ -56,8 +56,7 @@ struct Dynamics<Governor> : Governor {
   template <class T>
   T lacking(const auto& m, const auto& link) const {
     const T speed = m.spin(link);
-    if constexpr (is_place<T>)
-      if (const auto* s = m.reading.sweep) return course.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h) - speed;
+    if (const auto* s = m.reading.sweep) return course.mean(m.t - 0.5 * s->h, m.t + 0.5 * s->h) - speed;
     return course.value(m.t) - speed;
   }
 };

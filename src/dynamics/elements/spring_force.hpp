@@ -8,14 +8,13 @@
 #include "dynamics/kinematics.hpp"
 #include "mechanism/elements/spring_law.hpp"
 #include "numerics/choice.hpp"
-#include "numerics/dual.hpp"
 
 namespace freeplay {
 
 struct SpringForce : SpringLaw {
   /// E, with the line or polynomial that is valid at `at`.
   template <class T>
-  T elastic(double stiffness, double rest, const T& s, const PlaceOf<T>& at) const {
+  T elastic(double stiffness, double rest, const T& s, const T& at) const {
     if (!table.empty()) return line(table, segment(table, at), s);
     const T x = s - rest;
     return preload.value_or(0) + x * (stiffness + cubic.value_or(0) * x * x);
@@ -23,7 +22,7 @@ struct SpringForce : SpringLaw {
   template <class T>
   T damper(double damping, const T& rate) const {
     if (damping_table.empty()) return damping * rate;
-    return line(damping_table, segment(damping_table, place_of(rate)), rate);
+    return line(damping_table, segment(damping_table, rate), rate);
   }
   /// F, and the part of it that is not a derivative of U.
   template <class T>
@@ -37,7 +36,7 @@ struct SpringForce : SpringLaw {
   template <class T>
   Force<T> force(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
                  const PieceFor<T>* piece) const {
-    const PlaceOf<T> at = piece ? piece->inside() : place_of(s);
+    const T at = piece ? piece->inside() : s;
     const auto taut = [&] { return force_at(stiffness, rest, damper_rate, s, rate, at); };
     if (!one_way) return taut();
     return choose(pushes_back(elastic(stiffness, rest, at, at)), taut, [] { return Force<T>{}; });
@@ -99,7 +98,7 @@ struct SpringForce : SpringLaw {
   /// The force where the spring acts; `at`: a place on the line that is valid.
   template <class T>
   Force<T> force_at(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
-                    const PlaceOf<T>& at) const {
+                    const T& at) const {
     const T e = elastic(stiffness, rest, s, at);
     if (!damps(damper_rate)) return {e, T(0)};
     const T resists = damper(damper_rate, rate);

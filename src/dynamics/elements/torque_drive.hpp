@@ -69,15 +69,13 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   template <class T>
   T demand(const auto& m, const auto& link) const {
     if (table.size() == 1) return table[0].second;
-    if constexpr (is_place<T>)
-      if (m.reading.sweep) return mean<T>(m, link);
+    if (m.reading.sweep) return mean<T>(m, link);
     if (against == Against::time) return interpolate(m.t);
     const T angle = m.angle(link);
     if (!m.piece) return interpolate_periodic(angle);
     // The line through two places within the piece, also beyond its ends.
-    using P = PlaceOf<T>;
-    const P third = (m.piece->high - m.piece->low) / 3, at = m.piece->low + third;
-    const P u = interpolate_periodic(at), slope = (interpolate_periodic(P(at + third)) - u) / third;
+    const T third = (m.piece->high - m.piece->low) / 3, at = m.piece->low + third;
+    const T u = interpolate_periodic(at), slope = (interpolate_periodic(T(at + third)) - u) / third;
     return u + slope * (angle - at);
   }
   /// The table's mean over the interval that a time step covers, so that no pulse falls between two
@@ -149,7 +147,7 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   T interpolate(const T& x) const {
     const auto n = table.size();
     const auto line = [&] {
-      const auto i = interval_of(n - 2, place_of(x), [&](std::size_t k) { return table[k + 1].first; });
+      const auto i = interval_of(n - 2, x, [&](std::size_t k) { return table[k + 1].first; });
       const auto entry = [&](auto f) { return entry_of(n - 1, i, f); };
       const auto slope = [&](std::size_t k) {
         return (table[k + 1].second - table[k].second) / (table[k + 1].first - table[k].first);
@@ -165,7 +163,7 @@ struct Dynamics<TorqueDrive> : TorqueDrive {
   template <class T>
   T interpolate_periodic(const T& angle) const {
     const double first = table.front().first, last = table.back().first;
-    const T x = angle - turn * floor_of((place_of(angle) - first) / turn);
+    const T x = angle - turn * floor_of((angle - first) / turn);
     const auto closing = [&] {
       return T(table.back().second +
                (table.front().second - table.back().second) / (first + turn - last) * (x - last));
