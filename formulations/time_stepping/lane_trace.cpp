@@ -27,7 +27,7 @@ void LaneTracer::middle() {
   system_.rate(q_m.data(), v0.data(), e);
   F_ = saddle_.trace_factors(e.G, all_ratios, ratios_);
   const SweepOf<Traced> sweep{h, v0.data(), v0.data()};
-  system_.forces(t, q_m.data(), v0.data(), nullptr, e, {&sweep});
+  system_.forces<Traced>(t, q_m.data(), v0.data(), nullptr, e, {&sweep});
   const MidpointTermsOf<Traced> terms{system_.n(),    system_.rows(), system_.mass().data(),
                                       e.force.data(), e.phi_t.data(), e.gamma.data()};
   terms.sides(h, v0.data(), sum.data(), r.data());
