@@ -1,7 +1,8 @@
 // Compiled functions for the System of a simulation: when they are made, and what became of them.
 //
 // Compilation costs tenths of a second to seconds, and a compiled right-hand side saves a few
-// microseconds. A run of unknown work therefore compiles once it has evaluated as many right-hand
+// microseconds. A run compiles once the time that it has taken so far shows that its rest will save more. A
+// study, whose work is unknown, compiles once a run has evaluated as many right-hand
 // sides as a compilation costs: at worst the whole costs twice the better choice. The compiled
 // functions give the digits of the general ones, which is checked before they are used, so the
 // instant of the change has no effect on results.
@@ -23,8 +24,11 @@
 
 namespace freeplay {
 
-/// Right-hand sides after which a run compiles its mechanism.
-inline constexpr long compiles_after = 100'000;
+/// Right-hand sides after which a run of its own compiles its mechanism, if its rest is estimated to save more
+/// than that costs.
+inline constexpr long compiles_after = 20'000;
+/// The same for the first run of a study, whose other runs cannot be estimated: as many as a compilation costs.
+inline constexpr long compiles_study_after = 100'000;
 /// The same where the compiled functions of its structure are known already: tracing and the check cost
 /// about as much as so many right-hand sides.
 inline constexpr long attaches_after = 2'000;

@@ -135,7 +135,7 @@ void Simulation::Implementation::compile_now(const StopToken& stop, bool only_kn
 void Simulation::Implementation::compile_if_long(const CompileObserver& run) {
   if (compiled || compile != Compile::automatic) return;
   const long rhs = form->work().rhs;
-  if (rhs >= compiles_after) {
+  if (rhs >= (structures ? compiles_study_after : compiles_after)) {
     // The other runs of a study use the functions, too.
     compile_now(run.token, false, structures ? longest_estimate : most_saved * run.left());
   } else if (!looked && structures && rhs >= attaches_after) {
@@ -193,7 +193,8 @@ Result Simulation::Implementation::summary(const Ending& ending) const {
   } else {
     r.compiled.reason = compile == Compile::never
                             ? "not requested"
-                            : fmt::format("fewer than {} right-hand sides", compiles_after);
+                            : fmt::format("fewer than {} right-hand sides",
+                                          structures ? compiles_study_after : compiles_after);
   }
   const auto models = form->contact_models();
   for (int k = 0; k < system.reported(); ++k) {
