@@ -6,6 +6,17 @@
 #include "formulations/time_stepping/contact_set.hpp"
 
 namespace freeplay {
+namespace {
+
+void take_row(SparseRow& row, const SparseRow& pattern, const double* values) {
+  if (row.size != pattern.size) {  // no row at concentric journals
+    row.size = pattern.size;
+    row.column = pattern.column;
+  }
+  std::copy_n(values, row.size, row.value.begin());
+}
+
+}  // namespace
 
 /// Gives the arrays of the step to the functions.
 bool StepKernel::connect(StepData& s, ContactSet& contacts) {
@@ -47,12 +58,6 @@ bool StepKernel::connect(StepData& s, ContactSet& contacts) {
     array = next;
     next += size;
   });
-  for (int k = 0; k < s.system.contacts(); ++k) {
-    auto& row = contacts[k].row;
-    const auto& pattern = f.contacts[static_cast<std::size_t>(k)].pattern;
-    row.normal = pattern.normal;
-    row.tangent = pattern.tangent;
-  }
   step_ = &s;
   return true;
 }
@@ -79,12 +84,13 @@ bool StepKernel::middle(StepData& s, ContactSet& contacts) {
   std::ranges::copy(s.middle.G, room.G);
   for (std::size_t k = 0; k < contacts.all().size(); ++k) {
     auto& row = contacts[static_cast<int>(k)].row;
+    const auto& pattern = f.contacts[k].pattern;
+    const auto first = SparseRow::max_size * k;
     row.gap = at(middle_gap)[k];
     row.gamma_n = at(gamma_n)[k];
     row.gamma_t = at(gamma_t)[k];
-    const auto first = SparseRow::max_size * k;
-    std::copy_n(at(normal) + first, row.normal.size, row.normal.value.begin());
-    std::copy_n(at(tangent) + first, row.tangent.size, row.tangent.value.begin());
+    take_row(row.normal, pattern.normal, at(normal) + first);
+    take_row(row.tangent, pattern.tangent, at(tangent) + first);
   }
   s.saddle.take_compiled();
   return true;

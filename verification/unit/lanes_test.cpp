@@ -321,3 +321,14 @@ TEST_CASE(
     CHECK(second.state().q == found.final_state.q);
   }
 }
+
+TEST_CASE("compiled runs from concentric journals, which have no row, to their first impacts",
+          "[compiled][program]") {
+  const test::CompilerCache cache;
+  auto scene = test::read_short(test::source_folder() / "cases/flores2011/scene.toml", 0.05);
+  scene.nonsmooth.step = 2e-6;  // many steps before the first impact
+  const auto found = Simulation(scene, "nonsmooth", {.compile = Compile::always}).run();
+  CHECK(found.compiled.used);
+  CHECK(found.events_seen > 10);
+  test::check_same_run(found, Simulation(scene, "nonsmooth", {.compile = Compile::never}).run());
+}
