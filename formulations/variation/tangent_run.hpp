@@ -1,6 +1,6 @@
 // TangentRun: a run with tangent vectors of its motion, in the mechanism's own coordinates u
-// (own_coordinates.hpp), by the event-driven scheme or by the penalty formulation. Event-driven runs accumulate
-// the predicted growth of a volume beside them (predicted_growth.hpp).
+// (own_coordinates.hpp), by the event-driven scheme or by the penalty formulation. Event-driven runs
+// accumulate the predicted growth of a volume beside them (predicted_growth.hpp).
 //
 // In penalty runs, the data that a contact retains, v₀ and its mass, and bristles follow from the motion
 // before. They are carried along in the tangent vectors and do not count as coordinates.

@@ -8,7 +8,7 @@
 //     step(end, longest)                         a step of at most `longest` (s), not beyond `end` (s);
 //                                                false if there is none, with failure()
 //     finish()                                   after the last step
-//     variation(), mode(), x()                   the columns, and the mode and the vector to which they belong
+//     variation(), mode(), x()                   the columns, and the mode and the vector of the motion
 //     variations()                               these columns, and those of a scheme that it hands over to
 //     evaluations()                              of the right-hand side, without those of the columns
 //     steps_in_time()                            whether time stepping has made a step

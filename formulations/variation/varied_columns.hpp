@@ -142,8 +142,8 @@ class VariedColumns : public DerivativeColumns {
   /// The dynamics of the i-th displaced system of a key, beside those of the nominal one.
   using Displace =
       std::function<std::unique_ptr<Dynamics>(Dynamics& probe, const VariedKey& key, std::size_t i)>;
-  /// `probe`: of the nominal system; `integrands`: columns whose means are needed; `length` (m) and `duration`
-  /// (s): scales over which functions of the state and of time are curved.
+  /// `probe`: of the nominal system; `integrands`: columns whose means are needed; `length` (m) and
+  /// `duration` (s): scales over which functions of the state and of time are curved.
   VariedColumns(std::unique_ptr<Dynamics> probe, std::vector<VariedKey> keys, const Displace& displace,
                 std::vector<Column> integrands, double length, double duration);
   ~VariedColumns() = default;
