@@ -30,7 +30,7 @@ struct SensitivityVerb : Request {
   std::string scene, formulation = "nonsmooth";
   std::vector<std::string> overrides, of, to, spread;
   std::string output;       ///< result folder
-  bool no_compile = false;  ///< general path for the variational equations
+  bool no_compile = false;  ///< derivatives by keys from differences
 };
 
 /// Standard deviations of the keys from KEY=VALUE; keys that are not in `to` are appended there.
@@ -140,7 +140,7 @@ void sensitivity_verb(Program& program) {
            "quantities")
       .takes("KEY=DEVIATION");
   options.flag("--no-compile", request.no_compile,
-               "evaluate the variational equations by the general path, as a reference");
+               "differentiate the equations by keys with differences, as a reference");
   options.formulation(request.formulation);
   options.set(request.overrides);
   options.output(request.output, "result folder; default out/NAME-sensitivity");

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <type_traits>
 #include <vector>
 
 #include "mechanism/body.hpp"
@@ -21,12 +20,8 @@ struct LoadPower {
   T damping = 0;  ///< dampers, ≤ 0
 };
 
-struct Piece;
 template <class P>
 struct PieceOf;
-/// Piece, or traced numbers in its place.
-template <class T>
-using PieceFor = std::conditional_t<is_traced<T>, PieceOf<Traced>, Piece>;
 
 /// Quantities that a System computes at one state.
 template <class T>
@@ -37,7 +32,7 @@ struct EvaluationOf {
   std::vector<T> G;                  ///< values in the order of System::pattern()
   std::vector<T> force;              ///< generalised forces, n entries
   LoadPower<T> power;
-  const PieceFor<T>* pieces = nullptr;  ///< pieces of System::phases that the last place() used
+  const PieceOf<T>* pieces = nullptr;  ///< pieces of System::phases that the last place() used
 };
 using Evaluation = EvaluationOf<double>;
 
@@ -129,13 +124,12 @@ struct PieceOf {
               to, [&]() -> P { return high - 1; }, [&]() -> P { return 0; });
         });
   }
-};
-struct Piece : PieceOf<double> {
   template <class M>
   void serialize(M& m) {
     m(low, high);
   }
 };
+using Piece = PieceOf<double>;
 
 /// How tables are evaluated: at a point, by their mean over a time step (sweep), or on fixed pieces
 /// (one for each of System::phases), so that they are smooth however far a stage of the integrator
@@ -143,7 +137,7 @@ struct Piece : PieceOf<double> {
 template <class P>
 struct ReadingOf {
   const SweepOf<P>* sweep = nullptr;
-  const PieceFor<P>* pieces = nullptr;
+  const PieceOf<P>* pieces = nullptr;
 };
 using Reading = ReadingOf<double>;
 
@@ -156,7 +150,7 @@ struct Motion {
   const EvaluationOf<T>& e;
   ReadingOf<T> reading = {};
   /// Piece of the element being evaluated, if it is restricted to one.
-  const PieceFor<T>* piece = nullptr;
+  const PieceOf<T>* piece = nullptr;
 
   Arms<T> arms(const Link& link) const { return freeplay::arms(link, q, e); }
   Vec2Of<T> relative_velocity(const Link& link, const Arms<T>& a) const {

@@ -110,8 +110,8 @@ class System {
   void rate(const T* q, const T* v, EvaluationOf<T>& e) const;
   /// Fills force and power; needs place(). `reading` says how tables are evaluated.
   template <class T>
-  void forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
-              const ReadingOf<std::type_identity_t<T>>& reading = {}) const;
+  void forces(std::type_identity_t<T> t, const T* q, const T* v, std::type_identity_t<const T*> z,
+              EvaluationOf<T>& e, const ReadingOf<std::type_identity_t<T>>& reading = {}) const;
   /// Number of first-order states of elements (State::z), in the order of their elements. Their
   /// initial value is 0.
   int states() const { return static_cast<int>(state_scales_.size()); }

@@ -35,8 +35,8 @@ struct AppliedForces {
 };
 
 template <class T>
-void System::forces(std::type_identity_t<T> t, const T* q, const T* v, const T* z, EvaluationOf<T>& e,
-                    const ReadingOf<std::type_identity_t<T>>& reading) const {
+void System::forces(std::type_identity_t<T> t, const T* q, const T* v, std::type_identity_t<const T*> z,
+                    EvaluationOf<T>& e, const ReadingOf<std::type_identity_t<T>>& reading) const {
   if constexpr (std::is_same_v<T, double>)
     if (compiled_.any() && compiled_.forces(t, q, v, z, states(), e, reading)) return;
   apply(Motion<T>{t, q, v, e, reading}, z, e);

@@ -21,7 +21,7 @@ struct BumpForce : Bump {
   /// decides whether the stop acts: the force jumps by damping ẏ at a limit, where rounding puts
   /// `at` on either side.
   template <class T>
-  Push<T> push(const T& at, const T& speed, const PieceFor<T>* piece) const {
+  Push<T> push(const T& at, const T& speed, const PieceOf<T>* piece) const {
     const auto one = [&](const T& y, const T& rate, double sign) -> Push<T> {
       const T spring = stiffness * y, f = spring + damping * rate;
       // Beyond the piece the formula continues, also to negative values, without a jump at the

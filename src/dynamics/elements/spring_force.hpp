@@ -35,7 +35,7 @@ struct SpringForce : SpringLaw {
   /// `rate` is used only if there is a damper.
   template <class T>
   Force<T> force(double stiffness, double rest, double damper_rate, const T& s, const T& rate,
-                 const PieceFor<T>* piece) const {
+                 const PieceOf<T>* piece) const {
     const T at = piece ? piece->inside() : s;
     const auto taut = [&] { return force_at(stiffness, rest, damper_rate, s, rate, at); };
     if (!one_way) return taut();
