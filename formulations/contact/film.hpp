@@ -29,6 +29,7 @@
 #include <type_traits>
 
 #include "dynamics/evaluation.hpp"
+#include "numerics/dual.hpp"
 
 namespace freeplay {
 
@@ -102,6 +103,13 @@ std::optional<FilmAction<T>> film_action(const Film& film, const T& gap, const T
 template <class T>
 std::optional<FilmAction<T>> film_action(const Film& film, const T* v, const ContactRowOf<T>& row) {
   return film_action<T>(film, row.gap, row.normal.dot(v), row.film.dot(v), row.spin.dot(v));
+}
+
+/// The same with its derivatives by the gap and by the rates of the normal, film and spin rows.
+using FilmSlopes = FilmAction<Dual<4>>;
+inline std::optional<FilmSlopes> film_slopes(const Film& film, const double* v, const ContactRow& row) {
+  const auto y = directions_of<4>({row.gap, row.normal.dot(v), row.film.dot(v), row.spin.dot(v)});
+  return film_action(film, y[0], y[1], y[2], y[3]);
 }
 
 /// The film of a contact that has a lubricant.

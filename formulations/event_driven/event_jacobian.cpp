@@ -12,12 +12,12 @@
 // directional() any vectors, such as the columns of the variational equations (variation.hpp).
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "dynamics/system_tangent.hpp"
 #include "formulations/contact/film.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
-#include "numerics/dual.hpp"
 
 namespace freeplay {
 
@@ -25,8 +25,8 @@ namespace freeplay {
 struct EventDynamics::ActingContact {
   int contact = 0;
   bool closed = false;
-  ContactRow row;                           ///< of a film
-  std::optional<FilmAction<Dual<4>>> film;  ///< by g, ġ, and the rates of the film and spin rows
+  ContactRow row;  ///< of a film
+  std::optional<FilmSlopes> film;
 };
 
 struct EventDynamics::Tangent {
@@ -118,14 +118,14 @@ void EventDynamics::begin_tangent(const Vector& x, double t) {
     const auto* law =
         lubricated != films.list().end() && lubricated->contact == k ? &(lubricated++)->law : nullptr;
     if (c.unknown < 0 && !law) continue;
-    auto& p = w.acting.emplace_back(k, c.unknown >= 0);
+    auto& p = w.acting.emplace_back();
+    p.contact = k;
+    p.closed = c.unknown >= 0;
     SystemTangent::ContactForce force{c.lambda_n, c.slip == 0 ? c.lambda_t : 0.0,
                                       static_cast<double>(c.slip)};
     if (law) {
       system.contact(k, q, v, e, p.row);
-      Dual<4> y[] = {p.row.gap, p.row.normal.dot(v), p.row.film.dot(v), p.row.spin.dot(v)};
-      for (std::size_t i = 0; i < 4; ++i) y[i].slope[i] = 1;
-      p.film = film_action(*law, y[0], y[1], y[2], y[3]);
+      p.film = film_slopes(*law, v, p.row);
       if (p.film) {
         force.film_normal = p.film->normal.value;
         force.film = p.film->tangential.value;
@@ -171,14 +171,11 @@ void EventDynamics::respond(const Vector& x, int s, double* column) {
     const auto& p = w.acting[i];
     const auto& by = w.contacts[i];
     if (p.film) {
-      const auto change = [&](const Dual<4>& f) {
-        return f.slope[0] * by.gap[s] + f.slope[1] * by.rate[s] + f.slope[2] * by.film[s] +
-               f.slope[3] * by.spin[s];
-      };
-      p.row.normal.add_to(w.force.data(), change(p.film->normal));
-      p.row.film.add_to(w.force.data(), change(p.film->tangential));
-      p.row.spin.add_to(w.force.data(), change(p.film->torque));
-      integral[film_loss] += change(p.film->loss);
+      const std::array change{by.gap[s], by.rate[s], by.film[s], by.spin[s]};
+      p.row.normal.add_to(w.force.data(), p.film->normal.along(change));
+      p.row.film.add_to(w.force.data(), p.film->tangential.along(change));
+      p.row.spin.add_to(w.force.data(), p.film->torque.along(change));
+      integral[film_loss] += p.film->loss.along(change);
     }
     if (!p.closed) continue;
     const auto& c = contacts[p.contact];

@@ -19,31 +19,17 @@
 #include "numerics/dual.hpp"
 
 namespace freeplay {
-namespace {
-
-double along(const Dual<4>& f, double a, double b, double c, double d) {
-  return f.slope[0] * a + f.slope[1] * b + f.slope[2] * c + f.slope[3] * d;
-}
-
-/// Arguments of a law with their derivatives by each of them.
-std::array<Dual<4>, 4> arguments(double a, double b, double c, double d) {
-  std::array<Dual<4>, 4> x{a, b, c, d};
-  for (std::size_t i = 0; i < 4; ++i) x[i].slope[i] = 1;
-  return x;
-}
-
-}  // namespace
 
 /// A contact with forces.
 struct PenaltyDynamics::ActingContact {
   int contact = 0;
   const ContactRow* row = nullptr;
   bool pressed = false;
-  double rate = 0, v_t = 0;                 ///< m/s, δ̇ and v_T
-  Dual<4> normal;                           ///< by δ, δ̇, v₀ and m
-  Dual<4> tangential;                       ///< by F_N, v_T and the bristle
-  Dual<4> bristle;                          ///< rate of the bristle, by δ, δ̇, v_T and the bristle
-  std::optional<FilmAction<Dual<4>>> film;  ///< by g, ġ, and the rates of the film and spin rows
+  double rate = 0, v_t = 0;  ///< m/s, δ̇ and v_T
+  Dual<4> normal;            ///< by δ, δ̇, v₀ and m
+  Dual<3> tangential;        ///< by F_N, v_T and the bristle
+  Dual<4> bristle;           ///< rate of the bristle, by δ, δ̇, v_T and the bristle
+  std::optional<FilmSlopes> film;
   Vector normal_by_parameter, tangential_by_parameter;  ///< tangential: at constant F_N
 };
 
@@ -201,8 +187,7 @@ void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
     p.rate = -row.normal.dot(v);
     SystemTangent::ContactForce force;
     if (c.film) {
-      const auto y = arguments(row.gap, -p.rate, row.film.dot(v), row.spin.dot(v));
-      p.film = film_action(*c.film, y[0], y[1], y[2], y[3]);
+      p.film = film_slopes(*c.film, v, row);
       if (p.film) {
         force.film_normal = p.film->normal.value;
         force.film = p.film->tangential.value;
@@ -239,7 +224,8 @@ void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
 void PenaltyDynamics::press(ActingContact& p, double z, const double* v, std::size_t parameters) const {
   const auto& c = contacts_[static_cast<std::size_t>(p.contact)];
   const auto k = static_cast<std::size_t>(p.contact);
-  const auto [delta, rate, speed, mass] = arguments(std::max(0.0, -p.row->gap), p.rate, c.v0, c.mass);
+  const auto [delta, rate, speed, mass] =
+      directions_of<4>({std::max(0.0, -p.row->gap), p.rate, c.v0, c.mass});
   p.normal = c.force(delta, rate, c.law.elastic.force(delta), speed, mass);
   p.normal_by_parameter.assign(parameters, 0);
   p.tangential_by_parameter.assign(parameters, 0);
@@ -251,14 +237,14 @@ void PenaltyDynamics::press(ActingContact& p, double z, const double* v, std::si
         });
   if (!c.rubs()) return;
   p.v_t = p.row->tangent.dot(v);
-  const auto slide = arguments(p.normal.value, p.v_t, z, 0);
+  const auto slide = directions_of<3>({p.normal.value, p.v_t, z});
   p.tangential = c.tangential_force(slide[0], slide[1], slide[2]);
   for (std::size_t i = 0; i < parameters; ++i)
     p.tangential_by_parameter[i] = tangent_->by_parameter(
         i, c, k, p.tangential.value,
         [&](const PenaltyContact& law) { return law.tangential_force(p.normal.value, p.v_t, 0.0); });
   if (bristles_ == 0) return;
-  const auto y = arguments(delta.value, p.rate, p.v_t, z);
+  const auto y = directions_of<4>({delta.value, p.rate, p.v_t, z});
   p.bristle = c.bristle_rate(y[0], y[1], c.law.elastic.force(y[0]), y[2], y[3]);
 }
 
@@ -326,32 +312,31 @@ void PenaltyDynamics::add_contact(std::size_t acting, int s, std::size_t c, cons
   const auto& by = w.contacts[acting];
   double* integral = column + integral_offset();
   if (p.film) {
-    const auto change = [&](const Dual<4>& f) {
-      return along(f, by.gap[s], by.rate[s], by.film[s], by.spin[s]);
-    };
-    p.row->normal.add_to(w.force.data(), change(p.film->normal));
-    p.row->film.add_to(w.force.data(), change(p.film->tangential));
-    p.row->spin.add_to(w.force.data(), change(p.film->torque));
-    integral[film_loss] += change(p.film->loss);
+    const std::array change{by.gap[s], by.rate[s], by.film[s], by.spin[s]};
+    p.row->normal.add_to(w.force.data(), p.film->normal.along(change));
+    p.row->film.add_to(w.force.data(), p.film->tangential.along(change));
+    p.row->spin.add_to(w.force.data(), p.film->torque.along(change));
+    integral[film_loss] += p.film->loss.along(change);
   }
   if (!p.pressed) return;
   const auto& contact = contacts_[static_cast<std::size_t>(p.contact)];
   const int retained = size() + 2 * p.contact;
   const bool varies = c < p.normal_by_parameter.size() && w.equations->covers(c);
   const double deeper = p.row->gap > 0 ? 0 : -by.gap[s];
-  double normal = along(p.normal, deeper, -by.rate[s], direction[retained], direction[retained + 1]);
+  double normal = p.normal.along({deeper, -by.rate[s], direction[retained], direction[retained + 1]});
   if (varies) normal += p.normal_by_parameter[c];
   p.row->normal.add_to(w.force.data(), normal);
   column[impulse_offset() + 2 * p.contact] = normal;
   if (contact.law.dissipates()) integral[contact_work] += normal * p.rate - p.normal.value * by.rate[s];
   if (!contact.rubs()) return;
   const double z = bristles_ ? direction[bristle_offset() + p.contact] : 0;
-  double tangential = along(p.tangential, normal, by.slide[s], z, 0);
+  double tangential = p.tangential.along({normal, by.slide[s], z});
   if (varies) tangential += p.tangential_by_parameter[c];
   p.row->tangent.add_to(w.force.data(), tangential);
   column[impulse_offset() + 2 * p.contact + 1] = tangential;
   integral[friction_loss] -= tangential * p.v_t + p.tangential.value * by.slide[s];
-  if (bristles_) column[bristle_offset() + p.contact] = along(p.bristle, deeper, -by.rate[s], by.slide[s], z);
+  if (bristles_)
+    column[bristle_offset() + p.contact] = p.bristle.along({deeper, -by.rate[s], by.slide[s], z});
 }
 
 }  // namespace freeplay

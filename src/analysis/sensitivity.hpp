@@ -32,7 +32,7 @@ struct SensitivityRequest {
   StopToken stop = {};
   /// Whether errors are estimated, which takes further runs (docs/theory/sensitivity.md).
   bool errors = true;
-  /// `never`: the variational equations are evaluated by the general path (docs/theory/compiled.md).
+  /// `never`: derivatives by keys are differences of right-hand sides (docs/theory/compiled.md).
   Compile compile = Compile::automatic;
 };
 

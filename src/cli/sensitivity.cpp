@@ -139,8 +139,7 @@ void sensitivity_verb(Program& program) {
            "standard deviations of keys, in their units, for first-order standard deviations of the "
            "quantities")
       .takes("KEY=DEVIATION");
-  options.flag("--no-compile", request.no_compile,
-               "differentiate the equations by keys with differences, as a reference");
+  options.flag("--no-compile", request.no_compile, "derivatives by keys from differences, as a reference");
   options.formulation(request.formulation);
   options.set(request.overrides);
   options.output(request.output, "result folder; default out/NAME-sensitivity");

@@ -24,6 +24,13 @@ struct Dual {
     return r;
   }
 
+  /// The derivative along a change of all directions.
+  double along(const std::array<double, N>& change) const {
+    double sum = 0;
+    for (int i = 0; i < N; ++i) sum += slope[i] * change[i];
+    return sum;
+  }
+
   Dual& operator+=(const Dual& o) {
     value += o.value;
     for (int i = 0; i < N; ++i) slope[i] += o.slope[i];
@@ -74,6 +81,17 @@ struct Dual {
     return r;
   }
 };
+
+/// Numbers that are the directions of their derivatives.
+template <int N>
+std::array<Dual<N>, N> directions_of(const std::array<double, N>& x) {
+  std::array<Dual<N>, N> list{};
+  for (int i = 0; i < N; ++i) {
+    list[i] = x[i];
+    list[i].slope[i] = 1;
+  }
+  return list;
+}
 
 template <int N>
 double value_of(const Dual<N>& x) {
