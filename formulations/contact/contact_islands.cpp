@@ -156,9 +156,9 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
   if (free_bodies) {
     // other methods are no closer in acceptable time; the residual is reported
     if (heap) best_rate = 1e-3 * size;
-    // With more rows than coordinates D is singular and forces are not unique.
+    // Where forces are not unique, as with more rows than coordinates, proximal points are better.
     if (static_cast<int>(x.slots.size()) <= free_.columns()) {
-      attempt([&] { return newton_.solve(x, accepted, 20); });
+      attempt([&] { return newton_.solve(x, accepted, 20, SparseNewton::Shared::fail); });
       if (!solved) x.impulse = given_;
     }
     attempt([&] {

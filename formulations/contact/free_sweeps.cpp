@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+
+#include "formulations/contact/newton.hpp"
 
 namespace freeplay {
-namespace {
-
-/// δ of successive attempts. A greater δ converges from further away but takes more rounds.
-constexpr std::array deltas{1e-4, 1e-2, 1e-3};
-
-}  // namespace
-
 bool FreeSweeps::gather(const SparseIsland& x, const std::vector<SparseRow>& rows, const SaddlePoint& saddle,
                         int columns) {
   contacts_.clear();
@@ -123,29 +119,60 @@ void FreeSweeps::analyse() {
   jacobian_.analyse(begin, column);
 }
 
-/// Computes the impulses at y about P⁰ in P_, F = M y − Σ W P and, if requested, its Jacobian.
-/// Returns the greatest |F| as a rate.
-double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
-  const int count = static_cast<int>(contacts_.size()), columns = static_cast<int>(columns_.size());
-  F_.resize(static_cast<std::size_t>(columns));
-  for (int c = 0; c < columns; ++c) F_[c] = mass_[c] * y_[c];
+/// A proximal point with this δ, about the present impulses.
+class FreeSweeps::ProximalPoint {
+ public:
+  ProximalPoint(FreeSweeps& in, SparseIsland& x, double delta, double accepted)
+      : in_(in), x_(x), delta_(delta), negligible_(0.1 * accepted) {
+    for (std::size_t i = 0; i < in_.contacts_.size(); ++i) {
+      in_.P_[2 * i] = x.unknowns[i].impulse_n;
+      in_.P_[2 * i + 1] = x.unknowns[i].impulse_t;
+    }
+  }
+
+  double evaluate(bool with_jacobian);
+  bool solved() const { return size_ <= 1e-2 * first_ || greatest_ <= negligible_; }
+  bool find_step() {
+    if (!in_.jacobian_.factor(0)) return false;
+    std::ranges::transform(in_.F_, in_.step_.begin(), std::negate());
+    in_.jacobian_.solve(in_.step_.data());
+    in_.y_before_ = in_.y_;
+    return true;
+  }
+  void move(double share) {
+    for (std::size_t c = 0; c < in_.y_.size(); ++c) in_.y_[c] = in_.y_before_[c] + share * in_.step_[c];
+  }
+
+ private:
+  FreeSweeps& in_;
+  SparseIsland& x_;
+  double delta_, negligible_;
+  double first_ = -1, size_ = 0, greatest_ = 0;  // √(Fᵀ M⁻¹ F) at first and now; greatest |F| as a rate
+};
+
+/// Computes the impulses at y, F = M y − Σ W P and, if requested, its Jacobian.
+double FreeSweeps::ProximalPoint::evaluate(bool with_jacobian) {
+  const auto& y = in_.y_;
+  auto &F = in_.F_, &J = in_.jacobian_.values();
+  const int count = static_cast<int>(in_.contacts_.size()), columns = static_cast<int>(y.size());
+  F.resize(y.size());
+  for (int c = 0; c < columns; ++c) F[c] = in_.mass_[c] * y[c];
   if (with_jacobian) {
-    std::ranges::fill(jacobian_.values(), 0.0);
-    for (int c = 0; c < columns; ++c) jacobian_.values()[diagonal_[c]] = mass_[c];
+    std::ranges::fill(J, 0.0);
+    for (int c = 0; c < columns; ++c) J[in_.diagonal_[c]] = in_.mass_[c];
   }
   for (int i = 0; i < count; ++i) {
-    const auto& f = contacts_[i];
-    auto& c = x.unknowns[i];
-    const auto [un, ut] = f.rates(y_);
-    const double gn = c.normal >= 0 && f.nn > 0 ? 1 / (delta * f.nn) : 0,
-                 gt = c.tangent >= 0 && f.tt > 0 ? 1 / (delta * f.tt) : 0;
-    const double zn = P_[2 * i] - gn * (un - c.target_n), zt = P_[2 * i + 1] - gt * (ut - c.target_t);
+    const auto& f = in_.contacts_[i];
+    auto& c = x_.unknowns[i];
+    const auto [un, ut] = f.rates(y);
+    const double gn = c.normal >= 0 && f.nn > 0 ? 1 / (delta_ * f.nn) : 0,
+                 gt = c.tangent >= 0 && f.tt > 0 ? 1 / (delta_ * f.tt) : 0;
+    const double zn = in_.P_[2 * i] - gn * (un - c.target_n), zt = in_.P_[2 * i + 1] - gt * (ut - c.target_t);
     c.impulse_n = c.normal >= 0 ? std::max(0.0, zn) : 0;
     const double bound = c.bound + c.friction * c.impulse_n;
     c.impulse_t = c.tangent >= 0 ? std::clamp(zt, -bound, bound) : 0;
     if (c.impulse_n == 0 && c.impulse_t == 0) continue;
-    for (int k = 0; k < f.size; ++k)
-      F_[f.column[k]] -= f.normal[k] * c.impulse_n + f.tangent[k] * c.impulse_t;
+    for (int k = 0; k < f.size; ++k) F[f.column[k]] -= f.normal[k] * c.impulse_n + f.tangent[k] * c.impulse_t;
     if (!with_jacobian) continue;
     const bool sticks = c.tangent >= 0 && c.impulse_t == zt;
     const double nn = c.impulse_n > 0 ? gn : 0, tt = sticks ? gt : 0,
@@ -153,59 +180,45 @@ double FreeSweeps::evaluate(SparseIsland& x, double delta, bool with_jacobian) {
     for (int k = 0; k < f.size; ++k) {
       const double by_n = f.normal[k] * nn + f.tangent[k] * tn, by_t = f.tangent[k] * tt;
       for (int l = 0; l < f.size; ++l)
-        jacobian_.values()[entries_[(i * Contact::most + k) * Contact::most + l]] +=
+        J[in_.entries_[(i * Contact::most + k) * Contact::most + l]] +=
             by_n * f.normal[l] + by_t * f.tangent[l];
     }
   }
-  double worst = 0;
-  for (int c = 0; c < columns; ++c)
-    if (mass_[c] > 0) worst = std::max(worst, std::abs(F_[c]) / mass_[c]);
-  return worst;
+  double squares = 0;
+  greatest_ = 0;
+  for (int c = 0; c < columns; ++c) {
+    if (!(in_.mass_[c] > 0)) continue;
+    squares += F[c] * F[c] / in_.mass_[c];
+    greatest_ = std::max(greatest_, std::abs(F[c]) / in_.mass_[c]);
+  }
+  size_ = std::sqrt(squares);
+  if (first_ < 0) first_ = size_;
+  return size_;
 }
 
-/// Newton steps about the present impulses. Near the solution one or two are enough; if they are
-/// not, sweeps approach the solution at less cost.
-void FreeSweeps::newton_round(SparseIsland& x, double accepted, double delta, int& steps) {
-  const int columns = static_cast<int>(columns_.size());
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    P_[2 * i] = x.unknowns[i].impulse_n;
-    P_[2 * i + 1] = x.unknowns[i].impulse_t;
-  }
-  double off = INFINITY, first = 0;
-  for (int i = 0; i < 12 && off > std::max(accepted, 1e-7 * first) && !(i > 1 && off > 0.1 * first); ++i) {
-    ++steps;
-    const double from = evaluate(x, delta, true);
-    if (!std::isfinite(from)) return;
-    if (i == 0) first = from;
-    if (!jacobian_.factor(0)) return;
-    for (int c = 0; c < columns; ++c) step_[c] = -F_[c];
-    jacobian_.solve(step_.data());
-    double share = 1, taken = 0;
-    for (int k = 0; k < 4; ++k, share *= 0.5) {
-      for (int c = 0; c < columns; ++c) y_[c] += (share - taken) * step_[c];
-      taken = share;
-      off = evaluate(x, delta, false);
-      if (off < from) break;
-    }
-  }
-}
-
-bool FreeSweeps::newton(SparseIsland& x, double accepted, double delta, int& steps) {
+/// Proximal points from the present impulses.
+bool FreeSweeps::newton(SparseIsland& x, double accepted, int& steps) {
+  constexpr int most = 150, most_of_round = 5, halvings = 6, few = 3, many = 5;
+  constexpr double least_delta = 1e-5, greatest_delta = 3;
   P_.resize(2 * contacts_.size());
   step_.resize(columns_.size());
-  double before = residual(x);
-  for (int round = 0; round < 20; ++round) {
-    before_newton_ = x.unknowns;
-    newton_round(x, accepted, delta, steps);
+  double delta = 0.1;
+  for (const int end = steps + most; steps < end;) {
+    before_ = x.unknowns;
+    ProximalPoint point(*this, x, delta, accepted);
+    const auto found = newton_steps(point, most_of_round, halvings);
+    steps += found.iterations;
+    const bool solved = found.solved || point.solved();
+    if (!solved) x.unknowns = before_;
     sum(x);
-    const double left = residual(x);
-    if (left <= accepted) return true;
-    if (!(left < 0.7 * before)) {  // no progress: continue with sweeps from the better impulses
-      if (!(left < before)) x.unknowns = before_newton_;
-      sum(x);
-      return false;
-    }
-    before = left;
+    if (!solved)
+      delta = std::min(4 * delta, greatest_delta);
+    else if (residual(x) <= accepted)
+      return true;
+    else if (found.iterations <= few)
+      delta = std::max(0.4 * delta, least_delta);
+    else if (found.iterations >= many)
+      delta *= 1.5;
   }
   return false;
 }
@@ -233,15 +246,12 @@ bool FreeSweeps::sweep(SparseIsland& x, bool back, double& moved) {
 
 SolverSummary FreeSweeps::solve(SparseIsland& x, double accepted, int most) {
   sum(x);
-  bool analysed = false;
-  int done = 0, next = 50;  // next: sweep before which Newton's method is tried
-  std::size_t attempts = 0;
+  int done = 0, next = 100;  // next: sweep before which Newton's method is tried
   for (int n = 0; n < most; ++n) {
     if (n == next) {
-      if (!analysed) analyse();
-      analysed = true;
-      if (newton(x, accepted, deltas[attempts++ % deltas.size()], done)) return {true, done};
-      next += std::min(next, 400);
+      if (n == 100) analyse();
+      if (newton(x, accepted, done)) return {true, done};
+      next *= 4;
     }
     ++done;
     double moved = 0;

@@ -10,16 +10,18 @@
 // Sweeps alternate in direction, because one sweep carries the weight of a pile to the ground only
 // in one direction.
 //
-// Sweeps find the contact modes (pressed, sticking, sliding) quickly and the impulses slowly.
-// Between sweeps, Newton's method therefore solves for the y with
+// Sweeps find the contact modes (pressed, sticking, sliding) of most contacts quickly, and the impulses
+// slowly. Newton's method therefore continues with proximal points (Rockafellar, Math. Oper. Res. 1 (1976)
+// 97): from the impulses P⁰ so far it solves for the y with
 //
 //     M y = Σ W P(u),   P_N = (P_N⁰ − (u_N − target)/(δ D_NN))⁺,
-//     P_T = clamp(P_T⁰ − (u_T − target)/(δ D_TT), ±(bound + μ P_N))
+//     P_T = clamp(P_T⁰ − (u_T − target)/(δ D_TT), ±(bound + μ P_N)),
 //
-// about the impulses P⁰ so far; P = P⁰ is a solution of the contact problem (proximal points:
-// Rockafellar, Math. Oper. Res. 1 (1976) 97). The regularisation δ makes shared contact forces
-// unique, and each round multiplies the error by δ. The Jacobian has three rows per body and is
-// sparse; its order is kept while the contacts of the island stay the same.
+// takes P as the next P⁰, and ends where P = P⁰, a solution of the contact problem. The regularisation δ
+// makes shared contact forces unique. With a small δ a round reduces the error by up to δ, but contacts
+// change their modes together, and Newton's method may fail; with a great one it solves the round in a step
+// or two. The rounds therefore choose δ as a trust region chooses its radius. The Jacobian has three rows
+// per body and is sparse; its order is kept while the contacts of the island stay the same.
 //
 // Usage: gather() an island, then solve(). It owns the contacts of the gathered island, y and the
 // Jacobian.
@@ -67,9 +69,8 @@ class FreeSweeps {
   double residual(const SparseIsland& x) const;
   bool sweep(SparseIsland& x, bool back, double& moved);
   void analyse();
-  double evaluate(SparseIsland& x, double delta, bool with_jacobian);
-  bool newton(SparseIsland& x, double accepted, double delta, int& steps);
-  void newton_round(SparseIsland& x, double accepted, double delta, int& steps);
+  class ProximalPoint;
+  bool newton(SparseIsland& x, double accepted, int& steps);
 
   std::vector<Contact> contacts_;
   std::vector<int> columns_, place_of_column_;
@@ -78,8 +79,8 @@ class FreeSweeps {
   std::array<std::vector<int>, 6> lists_;  // work space of analyse()
   SparseLu jacobian_;
   std::vector<int> diagonal_, entries_;
-  std::vector<double> mass_, F_, P_, step_;
-  std::vector<ContactUnknown> before_newton_;
+  std::vector<double> mass_, F_, P_, step_, y_before_;
+  std::vector<ContactUnknown> before_;
 };
 
 }  // namespace freeplay

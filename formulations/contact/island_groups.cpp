@@ -17,6 +17,11 @@ double SparseIsland::entry(int row, int col) const {
   return 0;
 }
 
+double SparseIsland::rho(int row) const {
+  const double d = entry(row, row);
+  return d > 0 ? 1 / d : 0;
+}
+
 double SparseIsland::residual() const {
   const auto state = [&](int row) { return RowState{rate(row), entry(row, row), impulse[row]}; };
   return contact_residual(

@@ -18,6 +18,7 @@ namespace freeplay {
 struct SparseIsland {
   double rate(int row) const;
   double entry(int row, int column) const;
+  double rho(int row) const;  ///< 1/D_rr, 0 where the row cannot move
   double residual() const;
   /// Upper bound of the rounding error of the rates with the present impulses.
   double attainable() const;

@@ -4,91 +4,98 @@
 #include <Eigen/QR>
 
 #include <cmath>
-#include <type_traits>
-
-#include "formulations/contact/solvers.hpp"
+#include <functional>
 
 namespace freeplay {
 
-/// Newton's method on the projections (newton.hpp). The step is halved while it does not
-/// decrease |F|.
-SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
-  auto& unknowns = p.unknowns;
-  const int rows = p.rows;
-  int steps = 0;
-  const int most = from == From::nothing ? 100 : from == From::given ? 20 : 4;
-  // up to this many rows, matrices are on the stack: steps of a small mechanism allocate no memory
-  constexpr int few = 24;
-  const auto within = [&]<int room>(std::integral_constant<int, room>) {
-    using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
-    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, room, room>;
-    Vector F(rows), P(rows), now(rows), step(rows);
-    Matrix J(rows, rows);
-    const auto gather = [&](Vector& x) {
-      for (const auto& c : unknowns) {
-        if (c.normal >= 0) x[c.normal] = c.impulse_n;
-        if (c.tangent >= 0) x[c.tangent] = c.impulse_t;
-      }
-    };
-    const auto scatter = [&](const Vector& x) {
-      for (auto& c : unknowns) {
-        if (c.normal >= 0) c.impulse_n = x[c.normal];
-        if (c.tangent >= 0) c.impulse_t = x[c.tangent];
-      }
-    };
-    struct Rows {
-      ContactEquations& p;
-      Vector &F, &P;
-      Matrix& J;
-      double rate(int r) const { return p.rate(r); }
-      double impulse(int r) const { return P[r]; }
-      double rho(int r) const { return 1 / p.D(r, r); }
-      void value(int r, double f) { F[r] = f; }
-      void follows(int r, double rho) { J.row(r) = rho * p.D.row(r).head(p.rows); }
-      void free(int r) {
-        J.row(r).setZero();
-        J(r, r) = 1;
-      }
-      void slides(int r, int n, double c) {
-        free(r);
-        J(r, n) = c;
-      }
-    } projected{p, F, now, J};
-    const auto evaluate = [&](bool with_derivative) {
-      gather(now);
-      project_on_laws(unknowns, projected, with_derivative);
-      return F.squaredNorm();
-    };
-    if (from == From::nothing)
-      for (auto& c : unknowns) c.impulse_n = c.impulse_t = 0;
-    for (int i = 0; i < most; ++i) {
-      ++steps;
-      const double before = evaluate(true);
-      if (p.residual() <= accepted) return true;
-      if (!std::isfinite(before)) return false;
-      P = now;
-      const Eigen::PartialPivLU<Matrix> lu(J);
-      const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
-      if (pivots.minCoeff() > 1e-12 * pivots.maxCoeff()) {
-        step = -lu.solve(F);
-      } else if (from == From::last) {
-        return false;
-      } else {  // forces are not unique: take the least change
-        Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition;
-        decomposition.setThreshold(1e-11);
-        step = -decomposition.compute(J).solve(F);
-      }
-      double s = 1;
-      for (int k = 0; k < 12; ++k, s *= 0.5) {
-        scatter(P + s * step);
-        if (evaluate(false) < before) break;
-      }
+namespace {
+
+/// The projections of a dense problem. `room`: greatest number of rows of matrices on the stack, or
+/// Eigen::Dynamic.
+template <int room>
+class DenseProjections {
+ public:
+  DenseProjections(ContactEquations& p, double accepted, From from)
+      : p_(p),
+        accepted_(accepted),
+        from_(from),
+        F_(p.rows),
+        P_(p.rows),
+        now_(p.rows),
+        step_(p.rows),
+        J_(p.rows, p.rows) {}
+
+  double evaluate(bool with_derivative) {
+    for (const auto& c : p_.unknowns) {
+      if (c.normal >= 0) now_[c.normal] = c.impulse_n;
+      if (c.tangent >= 0) now_[c.tangent] = c.impulse_t;
     }
-    return false;
-  };
-  const bool solved = rows <= few ? within(std::integral_constant<int, few>())
-                                  : within(std::integral_constant<int, Eigen::Dynamic>());
-  return {solved, steps};
+    project_on_laws(p_.unknowns, *this, with_derivative);
+    return F_.squaredNorm();
+  }
+  bool solved() const { return p_.residual() <= accepted_; }
+  bool find_step() {
+    P_ = now_;
+    const Eigen::PartialPivLU<Matrix> lu(J_);
+    const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+    if (pivots.minCoeff() > 1e-12 * pivots.maxCoeff()) {
+      step_ = -lu.solve(F_);
+    } else if (from_ == From::last) {
+      return false;
+    } else {  // forces are not unique: take the least change
+      Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition;
+      decomposition.setThreshold(1e-11);
+      step_ = -decomposition.compute(J_).solve(F_);
+    }
+    return true;
+  }
+  void move(double share) {
+    now_ = P_ + share * step_;
+    for (auto& c : p_.unknowns) {
+      if (c.normal >= 0) c.impulse_n = now_[c.normal];
+      if (c.tangent >= 0) c.impulse_t = now_[c.tangent];
+    }
+  }
+
+  // rows of the projections
+  double rate(int r) const { return p_.rate(r); }
+  double impulse(int r) const { return now_[r]; }
+  double rho(int r) const { return 1 / p_.D(r, r); }
+  void value(int r, double f) { F_[r] = f; }
+  void follows(int r, double rho) { J_.row(r) = rho * p_.D.row(r).head(p_.rows); }
+  void free(int r) {
+    J_.row(r).setZero();
+    J_(r, r) = 1;
+  }
+  void slides(int r, int n, double c) {
+    free(r);
+    J_(r, n) = c;
+  }
+
+ private:
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, room, room>;
+  ContactEquations& p_;
+  double accepted_;
+  From from_;
+  Vector F_, P_, now_, step_;
+  Matrix J_;
+};
+
+}  // namespace
+
+SolverSummary newton_from(From from, ContactEquations& p, double accepted) {
+  const int most = from == From::nothing ? 100 : from == From::given ? 20 : 4;
+  if (from == From::nothing)
+    for (auto& c : p.unknowns) c.impulse_n = c.impulse_t = 0;
+  // up to this many rows, matrices are on the stack: steps of a small mechanism allocate no memory
+  constexpr int few = 24, halvings = 12;
+  if (p.rows <= few) {
+    DenseProjections<few> projections(p, accepted, from);
+    return newton_steps(projections, most, halvings);
+  }
+  DenseProjections<Eigen::Dynamic> projections(p, accepted, from);
+  return newton_steps(projections, most, halvings);
 }
 
 SolverSummary newton(ContactEquations& p, double accepted, SolverRoom&) {
@@ -137,89 +144,93 @@ double& SparseNewton::at(int row, int column) {
   return jacobian_.values()[e];
 }
 
-/// Computes F of the projections at the present impulses and, if requested, its derivative; returns
-/// |F|².
-double SparseNewton::project(const SparseIsland& x, bool with_derivative, double proximal) {
-  struct Rows {
-    const SparseIsland& x;
-    SparseNewton& in;
-    double proximal, sum = 0;
-    double rate(int r) const { return x.rate(r); }
-    double impulse(int r) const { return x.impulse[r]; }
-    double rho(int r) const {
-      const double d = x.entry(r, r);
-      return d > 0 ? 1 / d : 0;
-    }
-    void value(int r, double f) {
-      in.F_[r] = f;
-      sum += f * f;
-    }
-    void follows(int r, double rho) {
-      in.follow(x, r, rho);
-      in.at(r, r) += proximal;
-    }
-    void free(int r) { in.at(r, r) = 1; }
-    void slides(int r, int n, double c) {
-      free(r);
-      in.at(r, n) = c;
-    }
-  } rows{x, *this, proximal};
-  if (with_derivative) std::ranges::fill(jacobian_.values(), 0.0);
-  project_on_laws(x.unknowns, rows, with_derivative);
-  return rows.sum;
-}
-
 /// Sets row r of the Jacobian to ρ times the row of D.
 void SparseNewton::follow(const SparseIsland& x, int r, double rho) {
   for (int e = x.begin[r]; e < x.begin[r + 1]; ++e)
     jacobian_.values()[begin_[r] + e - x.begin[r]] = rho * x.value[e];
 }
 
-SolverSummary SparseNewton::solve(SparseIsland& x, double accepted, int most) {
-  int steps = 0;
-  const int rows = static_cast<int>(x.slots.size());
+/// Factorises the Jacobian; for the least change of shared contact forces with an addition to its
+/// diagonal. Returns false if it is singular nevertheless.
+bool SparseNewton::factor(Shared shared) {
+  if (jacobian_.factor(1e-11)) return true;
+  if (shared == Shared::fail) return false;
+  for (const double proximal : {1e-9, 1e-6}) {
+    for (std::size_t r = 0; r + 1 < begin_.size(); ++r)
+      at(static_cast<int>(r), static_cast<int>(r)) += proximal;
+    if (jacobian_.factor(1e-11)) return true;
+  }
+  return false;
+}
+
+/// The projections of an island with D by rows.
+class SparseNewton::Projections {
+ public:
+  Projections(SparseNewton& in, SparseIsland& x, double accepted, Shared shared)
+      : in_(in), x_(x), accepted_(accepted), shared_(shared) {}
+
+  double evaluate(bool with_derivative) {
+    if (with_derivative) std::ranges::fill(in_.jacobian_.values(), 0.0);
+    sum_ = 0;
+    project_on_laws(x_.unknowns, *this, with_derivative);
+    return sum_;
+  }
+  bool solved() const { return std::isfinite(sum_) && x_.residual() <= std::max(accepted_, x_.attainable()); }
+  bool find_step() {
+    in_.P_ = x_.impulse;
+    if (!in_.factor(shared_) && shared_ == Shared::fail) return false;
+    std::ranges::transform(in_.F_, in_.step_.begin(), std::negate());
+    in_.jacobian_.solve(in_.step_.data());
+    return true;
+  }
+  void move(double share) {
+    for (std::size_t r = 0; r < in_.P_.size(); ++r) x_.impulse[r] = in_.P_[r] + share * in_.step_[r];
+  }
+
+  // rows of the projections
+  double rate(int r) const { return x_.rate(r); }
+  double impulse(int r) const { return x_.impulse[r]; }
+  double rho(int r) const { return x_.rho(r); }
+  void value(int r, double f) {
+    in_.F_[r] = f;
+    sum_ += f * f;
+  }
+  void follows(int r, double rho) { in_.follow(x_, r, rho); }
+  void free(int r) { in_.at(r, r) = 1; }
+  void slides(int r, int n, double c) {
+    free(r);
+    in_.at(r, n) = c;
+  }
+
+ private:
+  SparseNewton& in_;
+  SparseIsland& x_;
+  double accepted_, sum_ = 0;
+  Shared shared_;
+};
+
+SolverSummary SparseNewton::solve(SparseIsland& x, double accepted, int most, Shared shared) {
   analyse(x);
   F_.resize(x.slots.size());
   step_.resize(x.slots.size());
-  for (int i = 0; i < most; ++i) {
-    ++steps;
-    double before = 0;
-    // for shared contact forces: the least change
-    for (const double proximal : {0.0, 1e-9, 1e-6}) {
-      before = project(x, true, proximal);
-      if (!std::isfinite(before)) return {false, steps};
-      if (proximal == 0 && x.residual() <= std::max(accepted, x.attainable())) return {true, steps};
-      if (jacobian_.factor(1e-11)) break;
-    }
-    for (int r = 0; r < rows; ++r) step_[r] = -F_[r];
-    jacobian_.solve(step_.data());
-    P_ = x.impulse;
-    double share = 1;
-    for (int k = 0; k < 12; ++k, share *= 0.5) {
-      for (int r = 0; r < rows; ++r) x.impulse[r] = P_[r] + share * step_[r];
-      if (project(x, false, 0) < before) break;
-    }
-  }
-  return {x.residual() <= std::max(accepted, x.attainable()), steps};
+  Projections projections(*this, x, accepted, shared);
+  const auto found = newton_steps(projections, most, 12);
+  return {found.solved || projections.solved(), found.iterations};
 }
 
 bool SparseNewton::hold(SparseIsland& x) {
-  const int rows = static_cast<int>(x.slots.size());
   analyse(x);
-  for (const double proximal : {0.0, 1e-9, 1e-6}) {
-    x.impulse.resize(x.slots.size());
-    std::ranges::fill(jacobian_.values(), 0.0);
-    for (int r = 0; r < rows; ++r) {
-      const double d = x.entry(r, r), rho = d > 0 ? 1 / d : 0;
-      follow(x, r, rho);
-      at(r, r) += d > 0 ? proximal : 1;
-      x.impulse[r] = -rho * x.b[r];
-    }
-    if (!jacobian_.factor(1e-11)) continue;
-    jacobian_.solve(x.impulse.data());
-    return std::ranges::all_of(x.impulse, [](double impulse) { return std::isfinite(impulse); });
+  x.impulse.resize(x.slots.size());
+  std::ranges::fill(jacobian_.values(), 0.0);
+  for (int r = 0; r < static_cast<int>(x.slots.size()); ++r) {
+    const double rho = x.rho(r);
+    follow(x, r, rho);
+    if (rho == 0) at(r, r) = 1;
+    x.impulse[r] = -rho * x.b[r];
   }
-  return false;
+  if (!factor(Shared::least_change)) return false;
+  jacobian_.solve(x.impulse.data());
+  return std::ranges::all_of(x.impulse, [](double impulse) { return std::isfinite(impulse); });
 }
 
 }  // namespace freeplay

@@ -1,5 +1,8 @@
-// Newton's method on contact and friction laws written as projections, and for long islands
-// SparseNewton,
+// Newton's method for contact problems. One loop, newton_steps(), serves three forms of the equations:
+// a dense D (newton.cpp), D by rows (SparseNewton, for long islands), and velocities of bodies without
+// joints (free_sweeps.hpp).
+//
+// The first two solve the contact and friction laws written as projections,
 //
 //     F_N = P_N − (P_N − ρ_N (u_N − target_N))⁺,
 //     F_T = P_T − clamp(P_T − ρ_T (u_T − target_T), ±(bound + μ P_N)),
@@ -10,13 +13,37 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "formulations/contact/contact_equations.hpp"
 #include "formulations/contact/island_groups.hpp"
+#include "formulations/contact/solvers.hpp"
 #include "numerics/sparse_lu.hpp"
 
 namespace freeplay {
+
+/// Newton's method on F = 0 from the present iterate. A step is halved up to `halvings` times while it
+/// does not decrease |F|. `equations` provides
+///
+///     evaluate(with_derivative): F at the present iterate and, if requested, F'; returns a norm of F,
+///     solved(): whether the present iterate is accepted,
+///     find_step(): the step −F'⁻¹ F; false if there is none,
+///     move(share): the iterate of the last find_step() plus this share of the step.
+template <class Equations>
+SolverSummary newton_steps(Equations& equations, int most, int halvings) {
+  for (int i = 0; i < most; ++i) {
+    const double before = equations.evaluate(true);
+    if (equations.solved()) return {true, i + 1};
+    if (!std::isfinite(before) || !equations.find_step()) return {false, i + 1};
+    double share = 1;
+    for (int k = 0; k < halvings; ++k, share *= 0.5) {
+      equations.move(share);
+      if (equations.evaluate(false) < before) break;
+    }
+  }
+  return {false, most};
+}
 
 /// `row` provides for each row, with the present impulses,
 ///
@@ -64,17 +91,20 @@ void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool
 /// the given impulses, with sparse factors of the Jacobian. It owns the factors and its work vectors.
 class SparseNewton {
  public:
+  /// What follows where contacts share their loads, so that the Jacobian is singular.
+  enum class Shared { least_change, fail };
   /// Solves for the impulses.
-  SolverSummary solve(SparseIsland& x, double accepted, int most);
+  SolverSummary solve(SparseIsland& x, double accepted, int most, Shared shared = Shared::least_change);
   /// Computes the impulses, of either sign, for which the rate of every row vanishes; where rows
   /// depend on each other, the least impulses. Returns false if there are none.
   bool hold(SparseIsland& x);
 
  private:
+  class Projections;
   void analyse(const SparseIsland& x);
   double& at(int row, int column);
   void follow(const SparseIsland& x, int r, double rho);
-  double project(const SparseIsland& x, bool with_derivative, double proximal);
+  bool factor(Shared shared);
 
   // rows of the Jacobian: those of D, then entries that D lacks
   std::vector<int> begin_, column_, pattern_begin_, pattern_column_;
