@@ -125,8 +125,8 @@ class MoreauStepper {
     m(d.saddle, problem_.slide_last, d.q, d.v, d.q_old, d.v_old, mean_.last, d.z, d.t, d.t_old, t_start_,
       index_, d.totals.integrals, d.totals.extremes, d.totals.work, record_.flights(), resolution_.passage,
       resolution_.bend, found.motions, found.jam, found.jams, found.undecided, found.unswept, found.inelastic,
-      found.locked, found.locked_since, problem_.problem.modes_left, correction_.modes_left(),
-      contacts_.slack, films_.leap, found.unsettled);
+      found.locked, found.locked_since, found.uncorrected, found.residual, problem_.problem.modes_left,
+      correction_.modes_left(), contacts_.slack, films_.leap, found.unsettled);
   }
 
   double t() const { return data_.t; }

@@ -65,7 +65,7 @@ void meet_constraints(StepData& s) {
 }  // namespace
 
 PositionCorrection::PositionCorrection(const StepData& step, double tolerance, bool many)
-    : problem_(LcpSolver::automatic, tolerance) {
+    : tolerance_(tolerance), problem_(LcpSolver::automatic, tolerance) {
   const int contacts = step.system.contacts();
   if (!many) {
     problem_.reserve(contacts);
@@ -176,6 +176,7 @@ void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
   const auto result = solve(responses);
   s.totals.work.pivots += result.pivots;
   if (result.solved) {
+    if (result.residual > tolerance_) report(s, result.residual_rate);
     for (const auto& u : problem_.unknowns)
       if (u.impulse_n > 0) responses.push(place(u.normal), u.impulse_n, s.q.data());
     place_end(s);
@@ -186,10 +187,20 @@ void PositionCorrection::open_gaps(StepData& s, ContactSet& contacts, const Step
   move(s, s.dq);
   place_end(s);
   look(s, contacts);
-  if (!(deepest(s, contacts) >= before)) {
+  const double after = deepest(s, contacts);
+  report(s, -std::max(before, after));
+  if (!(after >= before)) {
     for (int i = 0; i < s.system.n(); ++i) s.q[i] -= s.dq[i];
     place_end(s);
   }
+}
+
+/// Reports a correction whose gaps are this far (m) from its solution, unless this is rounding.
+void PositionCorrection::report(StepData& s, double residual) {
+  if (!(residual > rounding_of_places(s))) return;
+  auto& found = s.totals.found;
+  ++found.uncorrected;
+  found.residual = std::max(found.residual, residual);
 }
 
 ContactSolution PositionCorrection::solve(const ImpulseResponses& responses) {

@@ -34,11 +34,13 @@ class PositionCorrection {
   void open_gaps(StepData& step, ContactSet& contacts, const StepProblem& problem,
                  ImpulseResponses& responses, bool films);
   ContactSolution solve(const ImpulseResponses& responses);
+  static void report(StepData& step, double residual);
   void compromise(StepData& step, const ImpulseResponses& responses);
   void draw_closed(StepData& step, ContactSet& contacts, const StepProblem& problem,
                    ImpulseResponses& responses);
   int place(int row) const { return islands_ ? place_[row] : row; }
 
+  double tolerance_;
   ContactProblem problem_;
   std::unique_ptr<ContactIslands> islands_;  // with many contacts
   std::vector<int> place_, id_;              // with many contacts: of each row and of each unknown

@@ -101,6 +101,8 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
     notes.push_back(diagnostic<Diagnostic::curve_not_resolved>(
         system.curves().readers[static_cast<std::size_t>(bend.reader)].name, bend.share,
         std::min(1 / std::max(std::sqrt(bend.over), 10 * bend.share), 0.5)));
+  if (found.uncorrected > 0)
+    notes.push_back(diagnostic<Diagnostic::position_residual>(found.uncorrected, found.residual));
   if (found.locked > 0)
     notes.push_back(diagnostic<Diagnostic::self_locking>(found.locked, found.locked_since));
   if (found.unswept > 0)

@@ -74,6 +74,8 @@ struct StepDiagnostics {
   /// problems in which joint friction grows faster than the reactions that bound it
   long locked = 0;
   double locked_since = 0;  ///< s, of the first such problem
+  long uncorrected = 0;     ///< steps whose position correction did not meet its tolerance
+  double residual = 0;      ///< m, the greatest distance of their gaps from the solution
 };
 
 /// `fixed`: steps of fixed length.

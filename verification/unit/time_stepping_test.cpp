@@ -3,6 +3,7 @@
 // ball above a plane.
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
+#include "facade/simulation.hpp"
 #include "formulations/time_stepping/contact_set.hpp"
 #include "formulations/time_stepping/moreau.hpp"
 #include "formulations/time_stepping/position_correction.hpp"
@@ -10,6 +11,7 @@
 #include "formulations/time_stepping/step_problem.hpp"
 #include "formulations/time_stepping/step_results.hpp"
 #include "numerics/saddle_point.hpp"
+#include "values/diagnostic.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -238,4 +240,19 @@ TEST_CASE("an overlap is corrected to a gap of zero without changing velocities"
   above.data.q = above.data.q_old;
   above.correction.bring_back(above.data, above.contacts, above.problem, above.responses, above.films);
   CHECK(above.data.q == above.data.q_old);
+}
+
+TEST_CASE("a position correction that does not meet its tolerance is reported", "[moreau][step]") {
+  // A disc between two walls: they are apart by its diameter, or by 10 µm less.
+  const auto notes = [](double missing) {
+    const auto scene = fmt::format(
+        "gravity = [0, -9.81]\n[groups.g]\nmass = 1\nradius = 0.1\npositions = [[{}, 0.1]]\n"
+        "walls = [[0, 1], [0, 0], [{}, 0], [{}, 1]]\nsurface = \"s\"\n[surfaces.s]\nrestitution = 0\n"
+        "[run]\nduration = 0.01\nstart = \"given\"\n[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-3\n",
+        0.1 - 0.5 * missing, 0.2 - missing, 0.2 - missing);
+    return Simulation(parse_scene(scene, "channel"), "nonsmooth").run().notes;
+  };
+  CHECK(std::ranges::count(notes(1e-5), diagnostic<Diagnostic::position_residual>(10, 5e-6)) == 1);
+  CHECK(std::ranges::none_of(notes(0),
+                             [](const std::string& note) { return note.find("correction") != note.npos; }));
 }
