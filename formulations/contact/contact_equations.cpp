@@ -37,16 +37,7 @@ double ContactEquations::scale() const {
 double ContactEquations::residual() const {
   for (const auto& c : unknowns)
     if (!std::isfinite(c.impulse_n) || !std::isfinite(c.impulse_t)) return INFINITY;
-  return contact_residual(
-      unknowns,
-      [&](std::size_t i) {
-        const auto& c = unknowns[i];
-        return RowState{rate(c.normal), D(c.normal, c.normal), c.impulse_n};
-      },
-      [&](std::size_t i) {
-        const auto& c = unknowns[i];
-        return RowState{rate(c.tangent), D(c.tangent, c.tangent), c.impulse_t};
-      });
+  return contact_residual(unknowns, [&](int row, double P) { return RowState{rate(row), D(row, row), P}; });
 }
 
 double ContactEquations::attainable() const {

@@ -67,6 +67,14 @@ double contact_residual(const std::vector<ContactUnknown>& unknowns, Normal norm
   return worst;
 }
 
+/// The same where `state(row, impulse)` returns the RowState of a row.
+template <class State>
+double contact_residual(const std::vector<ContactUnknown>& unknowns, State state) {
+  return contact_residual(
+      unknowns, [&](std::size_t i) { return state(unknowns[i].normal, unknowns[i].impulse_n); },
+      [&](std::size_t i) { return state(unknowns[i].tangent, unknowns[i].impulse_t); });
+}
+
 class ContactEquations {
  public:
   /// Makes room for D and b of this many rows and keeps their contents. The room never shrinks.
@@ -89,6 +97,11 @@ class ContactEquations {
   double scale() const;
   /// Rate of a row with the present impulses, from D and b.
   double rate(int row) const;
+  double entry(int row, int column) const { return D(row, column); }
+  /// Adds the change of the rates by a change of this row's impulse.
+  void act(int row, double by, Eigen::VectorXd& rates) const {
+    rates.head(rows) += by * D.col(row).head(rows);
+  }
   /// Whether a pressed contact has D_NN ≤ μ|D_NT| (Painlevé). If there is none, no other motions
   /// are looked for.
   bool doubtful() const;

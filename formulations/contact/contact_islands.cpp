@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "formulations/contact/gauss_seidel.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -133,6 +135,11 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
   const double size = whole.scale(), accepted = tolerance_ * size;
   x.gather();
   given_ = x.impulse;
+  const auto sweeps = [&](int most) {
+    x.scatter();
+    rates_.resize(static_cast<Eigen::Index>(x.slots.size()));
+    return sweep_contacts(x, accepted, rates_, most);
+  };
   const auto restart = [&] { std::ranges::fill(x.impulse, 0.0); };
   bool solved = false;
   // rounding may keep all solvers from the tolerance: the best result is accepted up to this
@@ -168,12 +175,12 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
       return result;
     });
   }
-  if (solver_ == LcpSolver::gauss_seidel) attempt([&] { return sparse_sweeps(x, accepted, rates_, 2000); });
+  if (solver_ == LcpSolver::gauss_seidel) attempt([&] { return sweeps(2000); });
   attempt([&] { return newton_.solve(x, accepted, 20); });
   if (!heap) {
     attempt([&] {
       x.impulse = given_;
-      return sparse_sweeps(x, accepted, rates_, 5000);
+      return sweeps(5000);
     });
     attempt([&] {
       restart();

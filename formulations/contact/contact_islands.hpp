@@ -15,7 +15,6 @@
 
 #include "formulations/contact/contact_problem.hpp"
 #include "formulations/contact/free_sweeps.hpp"
-#include "formulations/contact/gauss_seidel.hpp"
 #include "formulations/contact/island_groups.hpp"
 #include "formulations/contact/newton.hpp"
 #include "numerics/saddle_point.hpp"
@@ -75,7 +74,8 @@ class ContactIslands {
   int now_ = 0;  // number of islands_ in use
   bool doubtful_ = false;
   std::vector<int> island_of_id_, island_of_row_, local_of_row_;
-  std::vector<double> given_, best_, rates_;
+  std::vector<double> given_, best_;
+  Eigen::VectorXd rates_;
 };
 
 }  // namespace freeplay

@@ -4,42 +4,10 @@
 
 namespace freeplay {
 
-SolverSummary sparse_sweeps(SparseIsland& x, double accepted, std::vector<double>& rates, int most) {
-  rates.resize(x.slots.size());
-  for (std::size_t r = 0; r < rates.size(); ++r) rates[r] = x.rate(static_cast<int>(r));
-  struct ByRows {
-    SparseIsland& x;
-    std::vector<double>& u;
-    std::vector<ContactUnknown>& unknowns;
-    double entry(int r, int s) const { return x.entry(r, s); }
-    double impulse(int r, double) const { return x.impulse[r]; }
-    double rate(int r) const { return u[r]; }
-    double residual() const { return x.residual(); }
-    void change(int r, double by) {  // D is symmetric
-      x.impulse[r] += by;
-      for (int e = x.begin[r]; e < x.begin[r + 1]; ++e) u[x.column[e]] += by * x.value[e];
-    }
-  } by_rows{x, rates, x.unknowns};
-  return sweep_contacts(by_rows, accepted, most);
-}
-
 SolverSummary sweeps(ContactEquations& p, double accepted, SolverRoom& room, int most) {
   auto& u = room.rates;
   u.conservativeResize(std::max<Eigen::Index>(u.size(), p.rows));
-  for (const auto& c : p.unknowns)
-    for (const int row : {c.normal, c.tangent})
-      if (row >= 0) u[row] = p.rate(row);
-  struct Dense {
-    ContactEquations& p;
-    Eigen::VectorXd& u;
-    std::vector<ContactUnknown>& unknowns;
-    double entry(int r, int s) const { return p.D(r, s); }
-    double impulse(int, double own) const { return own; }
-    double rate(int r) const { return u[r]; }
-    double residual() const { return p.residual(); }
-    void change(int r, double by) { u.head(p.rows) += by * p.D.col(r).head(p.rows); }
-  } dense{p, u, p.unknowns};
-  return sweep_contacts(dense, accepted, most);
+  return sweep_contacts(p, accepted, u, most);
 }
 
 SolverSummary gauss_seidel(ContactEquations& p, double accepted, SolverRoom& room) {

@@ -22,11 +22,15 @@ double SparseIsland::rho(int row) const {
   return d > 0 ? 1 / d : 0;
 }
 
+void SparseIsland::act(int row, double by, Eigen::VectorXd& rates) {
+  impulse[row] += by;
+  for (int e = begin[row]; e < begin[row + 1]; ++e) rates[column[e]] += by * value[e];
+}
+
 double SparseIsland::residual() const {
-  const auto state = [&](int row) { return RowState{rate(row), entry(row, row), impulse[row]}; };
-  return contact_residual(
-      unknowns, [&](std::size_t i) { return state(unknowns[i].normal); },
-      [&](std::size_t i) { return state(unknowns[i].tangent); });
+  return contact_residual(unknowns, [&](int row, double) {
+    return RowState{rate(row), entry(row, row), impulse[row]};
+  });
 }
 
 double SparseIsland::attainable() const {

@@ -18,6 +18,8 @@ namespace freeplay {
 struct SparseIsland {
   double rate(int row) const;
   double entry(int row, int column) const;
+  /// Changes a row's impulse and the rates, which depend on it by D, a symmetric matrix.
+  void act(int row, double by, Eigen::VectorXd& rates);
   double rho(int row) const;  ///< 1/D_rr, 0 where the row cannot move
   double residual() const;
   /// Upper bound of the rounding error of the rates with the present impulses.

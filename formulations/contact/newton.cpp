@@ -67,10 +67,7 @@ class DenseProjections {
     J_.row(r).setZero();
     J_(r, r) = 1;
   }
-  void slides(int r, int n, double c) {
-    free(r);
-    J_(r, n) = c;
-  }
+  double& entry(int r, int n) { return J_(r, n); }
 
  private:
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, room, 1>;
@@ -197,10 +194,7 @@ class SparseNewton::Projections {
   }
   void follows(int r, double rho) { in_.follow(x_, r, rho); }
   void free(int r) { in_.at(r, r) = 1; }
-  void slides(int r, int n, double c) {
-    free(r);
-    in_.at(r, n) = c;
-  }
+  double& entry(int r, int n) { return in_.at(r, n); }
 
  private:
   SparseNewton& in_;

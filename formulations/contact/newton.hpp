@@ -53,7 +53,7 @@ SolverSummary newton_steps(Equations& equations, int most, int halvings) {
 ///
 ///     follows(r, ρ): the row of F' is ρ times the row of D,
 ///     free(r): the row of F' is that of P_r,
-///     slides(r, n, c): the row of F' is that of P_r plus c times that of P_n.
+///     free(r) and then entry(r, n) = c: it is that of P_r plus c times that of P_n, in sliding.
 template <class Row>
 void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool with_derivative) {
   const auto trial_of = [&](int r, double target) {
@@ -78,12 +78,12 @@ void project_on_laws(const std::vector<ContactUnknown>& unknowns, Row& row, bool
     const double trial = trial_of(c.tangent, c.target_t), kept = std::clamp(trial, -bound, bound);
     row.value(c.tangent, row.impulse(c.tangent) - kept);
     if (!with_derivative) continue;
-    if (kept == trial && row.rho(c.tangent) != 0)
+    if (kept == trial && row.rho(c.tangent) != 0) {
       row.follows(c.tangent, row.rho(c.tangent));
-    else if (c.normal >= 0 && pressed > 0)
-      row.slides(c.tangent, c.normal, trial > 0 ? -c.friction : c.friction);
-    else
-      row.free(c.tangent);
+      continue;
+    }
+    row.free(c.tangent);
+    if (c.normal >= 0 && pressed > 0) row.entry(c.tangent, c.normal) = trial > 0 ? -c.friction : c.friction;
   }
 }
 

@@ -93,11 +93,11 @@ TEST_CASE("an island stored by rows has the residual and the solution of the den
     const double accepted = 1e-11 * p.scale();
     SolverRoom room;
     REQUIRE(lemke(p, accepted, room).solved);
-    std::vector<double> rates;
+    Eigen::VectorXd rates(p.rows);
     SparseNewton newton;
     auto swept = x;
     REQUIRE(newton.solve(x, accepted, 100).solved);
-    REQUIRE(sparse_sweeps(swept, accepted, rates, 5000).solved);
+    REQUIRE(sweep_contacts(swept, accepted, rates, 5000).solved);
     for (auto* island : {&x, &swept}) {
       island->scatter();
       for (std::size_t i = 0; i < p.unknowns.size(); ++i) {
