@@ -137,7 +137,8 @@ void ContactIslands::solve_long(SparseIsland& x, ContactProblem& whole, const st
   given_ = x.impulse;
   const auto sweeps = [&](int most) {
     x.scatter();
-    rates_.resize(static_cast<Eigen::Index>(x.slots.size()));
+    if (const auto rows = static_cast<Eigen::Index>(x.slots.size()); rates_.size() < rows)
+      rates_.resize(rows);
     return sweep_contacts(x, accepted, rates_, most);
   };
   const auto restart = [&] { std::ranges::fill(x.impulse, 0.0); };
