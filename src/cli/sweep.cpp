@@ -91,7 +91,7 @@ int sweep(const SweepRequest& request) {
   progress.clear();
   fmt::print("{} runs: {} from the store, {} new in {}, {} of them failed\n", summary.total, summary.found,
              summary.ran, left(summary.wall_seconds), summary.failed);
-  if (!study.where.empty())
+  if (!study.design.where.empty())
     fmt::print("`where` selects {} of {} cells\n", cells(study).size(), unfiltered(study));
   if (summary.elsewhere > 0) fmt::print("{} made by other processes in the meantime\n", summary.elsewhere);
   if (summary.lost > 0)

@@ -40,7 +40,7 @@ int tradeoff(const TradeoffRequest& request) {
   Progress progress;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& v = study.variants[i];
-    const Sampling sampling{v.starts, v.revolutions, study.seed, study.perturbation};
+    const Sampling sampling{v.starts, v.revolutions, study.starts.seed, study.starts.perturbation};
     auto t = trade_off(*scenes[i], request.conduct(), request.repeats, sampling,
                        [&](double done) { progress.show(v.name, done); });
     progress.clear();

@@ -33,8 +33,8 @@ constexpr int all_cores = 0;
 
 /// The scene of the fitted study at its optimum.
 Variant calibrated_variant(const Study& study, const Study& fitted, const Fit& fit) {
-  Variant v{"calibrated",     "Calibrated: " + fitted.title, fitted.scene, {}, family_names(), study.starts,
-            study.revolutions};
+  Variant v{"calibrated",       "Calibrated: " + fitted.title, fitted.scene, {}, family_names(),
+            study.starts.count, study.length.revolutions};
   for (std::size_t i = 0; i < fitted.calibration->unknowns.size(); ++i)
     v.overrides.push_back(fmt::format("{}={}", fitted.calibration->unknowns[i].key, fit.unknowns[i].value));
   // The contact law must deliver the fitted restitution.

@@ -96,7 +96,7 @@ void TurnMeter::event(const ContactEvent& e) {
     return;
   }
   touch(one, e.contact, e.t, e.kind == EventKind::impact ? e.t + e.duration : nan);
-  if (e.t >= rules_.discard && -e.v_n_minus >= rules_.impact_speed)
+  if (e.t >= rules_.discard && -e.v_n_minus >= rules_.thresholds.impact_speed)
     impacts_.push_back({degrees(e.t), -e.v_n_minus, e.impulse_n, e.contact});
 }
 
@@ -124,7 +124,7 @@ void TurnMeter::flight(TurnMetrics& m, const Flown& flown) const {
   const bool turns = rules_.speed != 0;
   Flight f{degrees(from), turns ? std::abs(rules_.speed) * (to - from) * 180 / std::numbers::pi : nan,
            to - from, nan, contact};
-  if (f.angle < rules_.flight_angle) return;
+  if (f.angle < rules_.thresholds.flight_angle) return;
   const long i = static_cast<long>(std::ceil(from * rules_.sampling)) - first_x_;
   const long j = static_cast<long>(std::floor(to * rules_.sampling)) - first_x_;
   const long half = (j - i) / 2;
@@ -246,7 +246,7 @@ void TurnMeter::harmonics(TurnMetrics& m, int turns) const {
   for (std::size_t h = 0; h < m.spectrum.size(); ++h) {
     auto& line = m.spectrum[h];
     line = std::sqrt(line);
-    if (line >= rules_.line_share * rules_.ideal_maximum) {
+    if (line >= rules_.thresholds.line_share * rules_.ideal_maximum) {
       ++v[TurnMetrics::lines];
       v[TurnMetrics::lines_total] += line;
     }

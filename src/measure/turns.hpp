@@ -35,14 +35,19 @@
 
 namespace freeplay {
 
-/// Parameters of the definitions above.
-struct TurnRules {
-  double discard = 0;          ///< s
-  double speed = 0;            ///< rad/s of the crank; negative: its angle decreases; 0: no turns
-  double crank_start = 0;      ///< rad at t = 0
+/// Least flights, impacts and spectral lines that count, by the definitions above.
+struct TurnThresholds {
   double flight_angle = 2;     ///< degrees
   double impact_speed = 0.01;  ///< m/s
   double line_share = 0.05;
+};
+
+/// Parameters of the definitions above.
+struct TurnRules {
+  double discard = 0;      ///< s
+  double speed = 0;        ///< rad/s of the crank; negative: its angle decreases; 0: no turns
+  double crank_start = 0;  ///< rad at t = 0
+  TurnThresholds thresholds;
   double sampling = 0;       ///< Hz, of the position sensor; accelerations come with their times
   double ideal_maximum = 0;  ///< m/s², of the ideal mechanism through the same instrument
   int joint = 0;  ///< contact whose flights and impacts are counted; −1: none, the metrics are NaN

@@ -195,7 +195,7 @@ TEST_CASE("peaks of model and measurement are compared at one sampling rate", "[
     study.file = study.scene = file;
     study.accelerometer = "accelerometer";
     study.joints = {"gudgeon"};
-    study.discard = 1;
+    study.length.discard = 1;
     return run_case(study, Case{"", "nonsmooth", {}, 0, 4, file, short_run, every > 1 ? 10000.0 / every : 0},
                     {});
   };

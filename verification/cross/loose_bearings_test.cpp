@@ -14,8 +14,8 @@ TEST_CASE("three joints with clearance, two of a few micrometres, finish without
   study.scene = test::source_folder() / "cases/flores2011-experiment/scene.toml";
   study.joints = {"gudgeon"};
   study.accelerometer = "accelerometer";
-  study.seed = 2011;
-  study.discard = 0;
+  study.starts.seed = 2011;
+  study.length.discard = 0;
   for (int start = 0; start < 3; ++start) {
     const Case one{
         "",

@@ -92,7 +92,8 @@ std::string experiment_document(const Study& study, const Results& results, cons
       "uniform in {} of\nits clearance, seed {} (fewer for some scenes). Intervals are Student's 95 % of "
       "the mean over starts, also where\nfew skewed values push them below zero. The impact law uses the "
       "effective restitution of the contact law.\n\n",
-      study.revolutions, study.discard, study.starts, study.perturbation.play, study.seed);
+      study.length.revolutions, study.length.discard, study.starts.count, study.starts.perturbation.play,
+      study.starts.seed);
   Table scenes("scene,description,starts × revolutions");
   for (const auto& v : study.variants)
     scenes.row(v.name, v.title, fmt::format("{} × {:g}", v.starts, v.revolutions));
@@ -102,7 +103,7 @@ std::string experiment_document(const Study& study, const Results& results, cons
         "\nCalibrated: the optimum of the fit to all targets (below); penalty uses the exact law, whose "
         "effective restitution\nis the fitted one.\n";
   for (const auto& v : study.variants) {
-    if (v.formulations.size() < 2 || v.starts < study.starts) continue;
+    if (v.formulations.size() < 2 || v.starts < study.starts.count) continue;
     out += fmt::format("\n## Claims: {}\n\n{}", v.title, claims_table(evidence, v));
     const auto cells = formulations_agree(study, runs, v.name);
     out += fmt::format(
@@ -159,7 +160,7 @@ std::string experiment_document(const Study& study, const Results& results, cons
       "(11).\n\n![peaks over speed](figures/experiment_peaks_speed.png)\n\"Maximum\" over the speed "
       "(12).\n\n![surface](figures/experiment_surface.png)\n\"Maximum\" over both (13).\n";
   for (const auto& v : study.variants) {
-    if (v.formulations.size() < 2 || v.starts < study.starts) continue;
+    if (v.formulations.size() < 2 || v.starts < study.starts.count) continue;
     out += fmt::format("\n## The matrix: {}\n\n{}", v.title, matrix_table(evidence, v));
   }
   return out + fmt::format(

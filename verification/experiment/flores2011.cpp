@@ -44,7 +44,7 @@ struct Assessment {
 
   double revolutions() const {
     const auto it = std::ranges::find(study.variants, variant, &Variant::name);
-    return it == study.variants.end() ? study.revolutions : it->revolutions;
+    return it == study.variants.end() ? study.length.revolutions : it->revolutions;
   }
 
   /// Greatest deviation of the slider from the ideal mechanism, in the traces of start 0 (m).

@@ -23,7 +23,7 @@ std::vector<Finding> findings(const Evidence& e, const Variant& v, const std::st
 }
 
 bool in_full(const Evidence& e, const Variant& v) {
-  return v.formulations.size() >= 2 && v.starts >= e.study.starts;
+  return v.formulations.size() >= 2 && v.starts >= e.study.starts.count;
 }
 
 /// The verdict on a statement of the paper, of all its claims: it holds if all of them hold.

@@ -243,7 +243,7 @@ TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibr
   study.file = study.scene = guide();
   study.accelerometer = "accelerometer";
   study.joints = {"gudgeon"};
-  study.discard = 1;
+  study.length.discard = 1;
   Case one{"", "nonsmooth", {}, 0, 2, study.scene, {}};
   const auto rms = [&] { return run_case(study, one, {}).metrics.value[TurnMetrics::rms]; };
   const double quiet = rms();

@@ -21,7 +21,7 @@ struct Made {
     study.axes = {{"clearance", "", {0.10e-3, 0.25e-3, 0.50e-3, 1.00e-3}, 1e3, "mm"},
                   {"speed", "", {100, 150, 200, 250}, 1, "rpm"}};
     study.variants = {{"v", "v", "", {}, {"penalty"}, 2, 25}};
-    study.revolutions = 50;  // the variant's separate number applies
+    study.length.revolutions = 50;  // the variant's separate number applies
   }
   std::vector<Finding> assessed(const std::set<std::string>& fitted = {}) {
     Results results(folder.path() / "made.db", study);

@@ -412,7 +412,7 @@ TEST_CASE("flights and impacts of several contacts are counted together", "[stud
   rules.sampling = 1000;
   rules.joint = 2;
   rules.others = {5};
-  rules.impact_speed = 0.1;
+  rules.thresholds.impact_speed = 0.1;
   TurnMeter meter(rules);
   const auto event = [&](double t, int contact, EventKind kind, double approach) {
     ContactEvent e;

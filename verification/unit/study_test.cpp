@@ -172,7 +172,7 @@ TEST_CASE("metrics per revolution of a signal derived by hand", "[study]") {
   rules.sampling = 1000;
   rules.ideal_maximum = 4;
   rules.discard = 1;
-  rules.impact_speed = 0.1;
+  rules.thresholds.impact_speed = 0.1;
   TurnMeter meter(rules);
   for (int i = 1; i < 5000; ++i) {
     const double t = i / 1000.0, phi = rules.speed * t;
@@ -402,7 +402,7 @@ TEST_CASE("a study's energy per revolution excludes the losses of dampers", "[st
   study.file = study.scene = file;
   study.accelerometer = "accelerometer";
   study.joints = {"gudgeon"};
-  study.discard = 1;
+  study.length.discard = 1;
   const Case one{"", "nonsmooth", {}, 0, 1.9, file, {}};
   const auto run = run_case(study, one, {});
   const auto scene = scene_of(study, one, {});

@@ -16,7 +16,7 @@ TEST_CASE("metrics per revolution count only events of their joint", "[study]") 
   rules.sampling = 1000;
   rules.ideal_maximum = 1;
   rules.joint = 1;
-  rules.impact_speed = 0.1;
+  rules.thresholds.impact_speed = 0.1;
   const auto metrics = [&](bool others) {
     TurnMeter meter(rules);
     const auto add_notes = [&](int joint, EventKind kind, double t) {

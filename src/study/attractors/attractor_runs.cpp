@@ -163,7 +163,7 @@ class Settling {
     SectionRequest r{.formulation = plan_.formulation,
                      .section = plan_.section,
                      .columns = plan_.columns,
-                     .period = plan_.period ? plan_.period : study_.period,
+                     .period = plan_.period ? plan_.period : study_.length.period,
                      .discard = plan_.discard,
                      .keep = plan_.keep,
                      .section_key = of + "section",
@@ -197,7 +197,7 @@ class Settling {
         if (!first) plain.start = -1;
         const auto scene = scene_of(plain);
         if (plan_.exponents) require_exponents_of(scene, table);
-        if (chain.links[i].start > 0 && !differ(scene, study_.perturbation))
+        if (chain.links[i].start > 0 && !differ(scene, study_.starts.perturbation))
           throw error_at(
               study_, {table, "starts"},
               fmt::format("{}: all starts are identical: it has no drive of prescribed speed and no joint "
@@ -360,8 +360,8 @@ Scene scene_of(const Study& study, const AttractorPlan& plan, const ChainLink& l
   auto overrides = plan.overrides;
   overrides.insert(overrides.end(), link.overrides.begin(), link.overrides.end());
   auto scene = read_scene(study.scene, overrides, study.reach == Reach::anywhere);
-  if (link.start >= 0 && differ(scene, study.perturbation))
-    scene = perturbed(scene, stop, study.seed, link.start, study.perturbation);
+  if (link.start >= 0 && differ(scene, study.starts.perturbation))
+    scene = perturbed(scene, stop, study.starts.seed, link.start, study.starts.perturbation);
   return scene;
 } catch (const SceneError& e) {
   throw in_study(study, e);

@@ -277,7 +277,7 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   TurnRules rules;
   rules.speed = speed;
   rules.joint = -1;
-  rules.line_share = study.line_share;
+  rules.thresholds.line_share = study.thresholds.line_share;
   rules.ideal_maximum = ideal.value[TurnMetrics::peak_max];
   const auto between = [&](double from, double to) {
     TurnMeter meter(rules);

@@ -349,7 +349,7 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
     for (const auto row : doubtful.rowwise())
       if (static_cast<int>(list.size()) < 4 * n + 4) add(row.transpose());
     last = fmt::format("profile {}", round);
-    if (!try_points(last, as_rows(list), std::max(c.starts, study.starts))) return result;
+    if (!try_points(last, as_rows(list), std::max(c.starts, study.starts.count))) return result;
   }
   if (!held) result.all.rejected = result.all.rejected && no_run_meets(result.all, misfit, evidence);
   widen(result.all, misfit, evidence, c.unknowns);
@@ -392,10 +392,11 @@ CalibrationResult calibrate(CalibrationPlan planned, const Conduct& conduct, con
   study.variants.clear();
   for (const auto& [f, name] : fits)
     for (const auto& target : c.targets) {
-      study.variants.push_back(variant_at(study, name, f->xi, target, study.starts, study.revolutions));
+      study.variants.push_back(
+          variant_at(study, name, f->xi, target, study.starts.count, study.length.revolutions));
       for (int k = 0; k < draws; ++k)
-        study.variants.push_back(
-            variant_at(study, draw_name(name, k), f->draws.row(k).transpose(), target, 1, study.revolutions));
+        study.variants.push_back(variant_at(study, draw_name(name, k), f->draws.row(k).transpose(), target, 1,
+                                            study.length.revolutions));
     }
   if (!run()) return result;
   for (const auto& [f, name] : fits) {

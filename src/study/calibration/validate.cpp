@@ -41,9 +41,9 @@ Study study_of(const Scene& scene) {
   if (contacts.empty()) fail("has no joint with clearance");
   study.joints = {contacts.front()};
   const double turn = 2 * std::numbers::pi / std::abs(drive->speed);
-  study.discard = scene.run.discard / turn;
-  study.revolutions = (scene.run.duration - scene.run.discard) / turn;
-  if (study.revolutions < 1) fail("must run at least one revolution after the discarded time");
+  study.length.discard = scene.run.discard / turn;
+  study.length.revolutions = (scene.run.duration - scene.run.discard) / turn;
+  if (study.length.revolutions < 1) fail("must run at least one revolution after the discarded time");
   return study;
 }
 
@@ -137,14 +137,14 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   v.measured = meter.finish(measured.time.back(), std::nan(""));
   v.plausibility = unit_plausibility(v.measured, ideal);
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
-  v.stated = study.revolutions;
-  if (study.discard == 0) study.discard = 2;
-  study.revolutions = setup.revolutions > 0
-                          ? setup.revolutions
-                          : std::max(study.revolutions,
-                                     std::clamp(static_cast<double>(v.measured.peaks.size()), 20.0, 200.0));
-  v.revolutions = study.revolutions;
-  v.discarded = study.discard;
+  v.stated = study.length.revolutions;
+  if (study.length.discard == 0) study.length.discard = 2;
+  study.length.revolutions =
+      setup.revolutions > 0 ? setup.revolutions
+                            : std::max(study.length.revolutions,
+                                       std::clamp(static_cast<double>(v.measured.peaks.size()), 20.0, 200.0));
+  v.revolutions = study.length.revolutions;
+  v.discarded = study.length.discard;
 
   const auto run_all_of = [&](const std::vector<Case>& all, bool trial) {
     std::vector<Agreement> results(all.size());
@@ -163,7 +163,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     });
     return results;
   };
-  const Case stated{"", "", {}, 0, study.revolutions, file, overrides, measured.sampling};
+  const Case stated{"", "", {}, 0, study.length.revolutions, file, overrides, measured.sampling};
   std::vector<Case> cases;
   for (const auto& formulation : family_names()) {
     cases.push_back(stated);

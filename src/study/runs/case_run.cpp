@@ -45,10 +45,10 @@ void set_contacts(const Study& study, const Scene& scene, const std::vector<std:
 void set_turn(const Study& study, const Scene& scene, TurnRules& rules) {
   const auto* drive = main_drive(scene.mechanism);
   rules.speed = rules.crank_start = 0;
-  if (!study.period && drive && drive->speed != 0) {
+  if (!study.length.period && drive && drive->speed != 0) {
     rules.speed = drive->speed;
     rules.crank_start = drive->initial_angle;
-  } else if (const auto period = study.period ? study.period : drive_period(scene)) {
+  } else if (const auto period = study.length.period ? study.length.period : drive_period(scene)) {
     rules.speed = 2 * std::numbers::pi / *period;
   }
 }
@@ -110,14 +110,14 @@ Scene unmoved(const Study& study, const Case& one) {
     auto scene = stated(study, one);
     TurnRules rules;
     set_turn(study, scene, rules);
-    if (study.duration) {
-      scene.run.discard = study.discard_time.value_or(0);
-      scene.run.duration = scene.run.discard + *study.duration;
+    if (study.length.duration) {
+      scene.run.discard = study.length.discard_time.value_or(0);
+      scene.run.duration = scene.run.discard + *study.length.duration;
     } else if (rules.speed != 0) {
       const double turn = 2 * std::numbers::pi / std::abs(rules.speed);
-      scene.run.discard = study.discard * turn;
-      scene.run.duration = (study.discard + one.revolutions) * turn;
-    } else if (study.in_periods) {
+      scene.run.discard = study.length.discard * turn;
+      scene.run.duration = (study.length.discard + one.revolutions) * turn;
+    } else if (study.length.in_periods) {
       throw error_at(study, {},
                      fmt::format("revolutions and discard count periods, and {} has no drive with a period: "
                                  "give period, or duration and discard_time (s)",
@@ -150,19 +150,19 @@ namespace {
 
 /// The scene with the case's perturbed start.
 Scene moved(const Study& study, const Case& one, const Scene& scene, const Conduct& conduct) {
-  if (!differ(scene, study.perturbation)) return scene;
+  if (!differ(scene, study.starts.perturbation)) return scene;
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(fmt::format("{}: starts in equilibrium, which cannot be perturbed; use study.play = 0",
                                  scene.file.string()));
-  return perturbed(scene, near_pose(scene, conduct.stop, *conduct.shared), conduct.stop, study.seed,
-                   one.start, study.perturbation);
+  return perturbed(scene, near_pose(scene, conduct.stop, *conduct.shared), conduct.stop, study.starts.seed,
+                   one.start, study.starts.perturbation);
 }
 
 }  // namespace
 
 RunnableCase require_runnable(const Study& study, const Case& one, const Conduct& conduct) {
   const auto scene = unmoved(study, one);
-  RunnableCase found{identity_of(study, one, scene, conduct), differ(scene, study.perturbation)};
+  RunnableCase found{identity_of(study, one, scene, conduct), differ(scene, study.starts.perturbation)};
   TurnRules rules;
   channels(study, scene, rules);
   located_in(scene, [&] {
@@ -184,7 +184,7 @@ CountedTime counted_time(const Study& study, const Scene& scene) {
 
 bool has_starts(const Study& study, const Case& one) {
   const auto scene = unmoved(study, one);
-  return differ(scene, study.perturbation);
+  return differ(scene, study.starts.perturbation);
 }
 
 void require_signal(const Study& study, const char* by) {
@@ -229,9 +229,7 @@ struct CaseRun::Parts {
     scene = moved(s, one, given, c);
     set_turn(s, scene, rules);
     rules.discard = scene.run.discard;
-    rules.flight_angle = s.flight_angle;
-    rules.impact_speed = s.impact_speed;
-    rules.line_share = s.line_share;
+    rules.thresholds = s.thresholds;
     auto options = compilation ? compilation->options(scene, one.formulation) : SimulationOptions{};
     options.matched = s.matched && c.matched;
     options.stop = c.stop;
@@ -245,7 +243,7 @@ struct CaseRun::Parts {
                               : std::nan("");
     meter.emplace(rules);
     feed.emplace(*meter, instruments.channel, instruments.lvdt, instruments.every,
-                 SampleNoise(one.noise, s.seed, one.start));
+                 SampleNoise(one.noise, s.starts.seed, one.start));
     measurer.emplace(s, scene, simulation->layout(), counted_time(s, scene));
     for (const auto& m : s.measures)
       measured.push_back(m.waveform.empty() ? nullptr : measured_turns(s, m, scene, rules.ideal_maximum, c));

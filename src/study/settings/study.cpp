@@ -58,7 +58,7 @@ std::string settings_text(const Study& study) {
   SettingsWriter writer;
   Study::keys(writer, study);
   auto text = std::move(writer.text);
-  if (study.period) text += fmt::format("period = {}\n", toml_number(*study.period));
+  if (study.length.period) text += fmt::format("period = {}\n", toml_number(*study.length.period));
   for (const auto& measure : study.measures) text += said(measure);
   return text;
 }
@@ -123,9 +123,9 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
   study.reach = reach;
   study.file = file;
   study.text = read_text(file);
-  study.revolutions = 50;
-  study.discard = 2;
-  study.starts = 8;
+  study.length.revolutions = 50;
+  study.length.discard = 2;
+  study.starts.count = 8;
   const SceneSource source{.name = file.string(), .reach = reach, .schema = &study_schema()};
   const toml::table document = parse_toml(study.text, file.string());
   refuse_unknown_keys(document, "study", source);
@@ -139,7 +139,7 @@ Study read_study(const std::filesystem::path& file, Reach reach) {
   for (const auto& v : study.variants) runs += v.starts * static_cast<double>(v.formulations.size());
   for (const auto& axis : study.axes)
     if (!axis.drawn) runs *= static_cast<double>(axis.values.size());
-  if (study.sampling) runs *= study.samples;
+  if (study.design.method) runs *= study.design.samples;
   if (runs > most_runs)
     throw SceneError(fmt::format(
         "{}: has {:.3g} runs, above the limit of {:.0f}: give its axes fewer values, or divide it into "
@@ -207,7 +207,7 @@ std::vector<std::vector<double>> unit_points(DrawMethod how, std::size_t dimensi
 }
 
 std::size_t unfiltered(const Study& study) {
-  auto count = study.sampling ? static_cast<std::size_t>(study.samples) : 1;
+  auto count = study.design.method ? static_cast<std::size_t>(study.design.samples) : 1;
   for (const auto& axis : study.axes)
     if (!axis.drawn) count *= axis.values.size();
   return count;
@@ -217,10 +217,11 @@ std::vector<Cell> cells(const Study& study) {
   const auto drawn = static_cast<std::size_t>(
       std::ranges::count_if(study.axes, [](const Axis& a) { return a.drawn.has_value(); }));
   // If no axis is drawn, there is one point without coordinates.
-  const auto points = unit_points(study.sampling.value_or(DrawMethod::random), drawn,
-                                  drawn > 0 ? study.samples : 1, study.seed);
+  const auto points = unit_points(study.design.method.value_or(DrawMethod::random), drawn,
+                                  drawn > 0 ? study.design.samples : 1, study.starts.seed);
   std::optional<Expression> where;
-  if (!study.where.empty() && !study.axes.empty()) where.emplace(study.where, names_of(study, false));
+  if (!study.design.where.empty() && !study.axes.empty())
+    where.emplace(study.design.where, names_of(study, false));
   std::vector<Cell> all;
   for (const auto& point : points) {
     std::vector<std::size_t> place(study.axes.size(), 0);

@@ -16,6 +16,7 @@
 
 #include "io/files/access.hpp"
 #include "io/scene/schema.hpp"
+#include "measure/turns.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/keys.hpp"
 #include "study/runs/perturb.hpp"
@@ -24,7 +25,7 @@
 
 namespace freeplay {
 
-/// Range of the drawn values of an axis (Study::sampling).
+/// Range of the drawn values of an axis (Design::method).
 struct DrawnRange {
   double low = 0, high = 0;
   bool logarithmic = false;
@@ -71,6 +72,13 @@ inline constexpr auto draw_names = complete<DrawMethod>({{DrawMethod::random, "r
                                                          {DrawMethod::latin_hypercube, "latin-hypercube"},
                                                          {DrawMethod::sobol, "sobol"}});
 constexpr const auto& choices(DrawMethod) { return draw_names; }
+
+/// The points of drawn axes, and the cells that run.
+struct Design {
+  std::optional<DrawMethod> method;
+  int samples = 0;    ///< number of drawn points
+  std::string where;  ///< condition for the cells of the axes; empty: none
+};
 
 /// A derived column: an expression of the other columns of a run and of columns derived before it.
 struct Derived {
@@ -200,6 +208,23 @@ struct Calibration {
   }
 };
 
+/// Length of the runs of a study, in periods or in seconds.
+struct RunLength {
+  double revolutions = 0, discard = 0;  ///< periods
+  bool in_periods = false;              ///< whether the study states one of these two
+  std::optional<double> period;         ///< s, used instead of the drive's period
+  std::optional<double> duration;       ///< s, evaluated time of each run, instead of `revolutions`
+  std::optional<double> discard_time;   ///< s, instead of `discard`
+};
+
+/// Perturbed starts of the cases of a study.
+struct StudyStarts {
+  int count = 1;
+  bool given = false;      ///< whether the study or a variant states the number
+  std::uint64_t seed = 1;  ///< also of the points of drawn axes
+  Perturbation perturbation;
+};
+
 /// Contents of a study file.
 struct Study {
   std::filesystem::path file;
@@ -218,20 +243,11 @@ struct Study {
   std::string accelerometer, position;  ///< instruments; may be empty
   /// Whether the impact law takes the restitution that the penalty law delivers.
   bool matched = true;
-  double revolutions = 0, discard = 0;  ///< periods
-  bool in_periods = false;              ///< whether the study states one of these two
-  std::optional<double> period;         ///< s, used instead of the drive's period
-  std::optional<double> duration;       ///< s, evaluated time of each run, instead of `revolutions`
-  std::optional<double> discard_time;   ///< s, instead of `discard`
-  int starts = 1;
-  bool starts_given = false;
-  std::uint64_t seed = 1;
-  Perturbation perturbation;
-  double flight_angle = 2, impact_speed = 0.01, line_share = 0.05;
+  RunLength length;
+  StudyStarts starts;
+  TurnThresholds thresholds;
   std::vector<Axis> axes;
-  std::optional<DrawMethod> sampling;
-  int samples = 0;
-  std::string where;  ///< condition for the cells of the axes; empty: none
+  Design design;
   std::vector<Measure> measures;
   std::vector<Derived> derived;
   /// Units of measures and derived columns, as figures show them.
@@ -288,33 +304,34 @@ struct Study {
               "duration of one revolution; default: that of the drive of prescribed speed, or the period of "
               "the curves",
               "the drive's"},
-             x.period, positive);
-      k.take({"revolutions", "", "evaluated periods of each run", "50"}, x.revolutions, one_or_more);
+             x.length.period, positive);
+      k.take({"revolutions", "", "evaluated periods of each run", "50"}, x.length.revolutions, one_or_more);
     }
-    k.take({"discard", "", "discarded periods before those", "2"}, x.discard, non_negative);
+    k.take({"discard", "", "discarded periods before those", "2"}, x.length.discard, non_negative);
     if constexpr (all) {
       k.take({"duration", "s", "evaluated duration of each run, in place of revolutions and discard"},
-             x.duration, positive);
-      k.take({"discard_time", "s", "before that", "0"}, x.discard_time, non_negative);
-      k.take({"starts", "", "perturbed starts of each case; 1 if a scene has none", "8"}, x.starts,
+             x.length.duration, positive);
+      k.take({"discard_time", "s", "before that", "0"}, x.length.discard_time, non_negative);
+      k.take({"starts", "", "perturbed starts of each case; 1 if a scene has none", "8"}, x.starts.count,
              study_count);
     }
-    k.take({"seed", "", "seed of the starts and random points; a whole number"}, x.seed, whole);
+    k.take({"seed", "", "seed of the starts and random points; a whole number"}, x.starts.seed, whole);
     k.take({"turn", "", "range of the random initial crank angle, as a share of a revolution"},
-           x.perturbation.turn, zero_to_one);
+           x.starts.perturbation.turn, zero_to_one);
     k.take({"play", "", "range of the random initial offsets, as a share of the clearance"},
-           x.perturbation.play, below_one);
-    k.take({"flight_angle", "degrees", "shortest counted flight, as crank angle"}, x.flight_angle,
+           x.starts.perturbation.play, below_one);
+    k.take({"flight_angle", "degrees", "shortest counted flight, as crank angle"}, x.thresholds.flight_angle,
            non_negative);
-    k.take({"impact_speed", "m/s", "least approach speed of counted impacts"}, x.impact_speed, non_negative);
+    k.take({"impact_speed", "m/s", "least approach speed of counted impacts"}, x.thresholds.impact_speed,
+           non_negative);
     k.take({"line_share", "",
             "least amplitude of dominant spectral lines, as a share of the greatest ideal acceleration"},
-           x.line_share, positive);
+           x.thresholds.line_share, positive);
     if constexpr (all) {
-      k.choose({"sample", "", "design of the random values of axes with low and high: "}, x.sampling);
-      if (k.when(x.sampling.has_value(), {"samples"}, "needs sample, the design of the random values"))
-        k.need({"samples", "", "number of random points", "–"}, x.samples, study_count);
-      k.take({"where", "", "condition for running a cell, an expression of the axes", "–"}, x.where);
+      k.choose({"sample", "", "design of the random values of axes with low and high: "}, x.design.method);
+      if (k.when(x.design.method.has_value(), {"samples"}, "needs sample, the design of the random values"))
+        k.need({"samples", "", "number of random points", "–"}, x.design.samples, study_count);
+      k.take({"where", "", "condition for running a cell, an expression of the axes", "–"}, x.design.where);
       k.tables("axes", "an axis", x.axes);
       k.tables("measure", "a measure", x.measures);
       k.texts({"derived", "", "NAME = \"expression of axes, statistics and measures\", any number of them"},
@@ -374,11 +391,11 @@ struct Cell {
   std::vector<std::string> overrides;  ///< KEY=VALUE of every key
 };
 
-/// Number of cells before study.where excludes some.
+/// Number of cells before study.design.where excludes some.
 std::size_t unfiltered(const Study& study);
 
 /// All cells: each drawn point with every combination of the other axes, the first axis varying
-/// fastest, without those that study.where excludes. Throws SceneError if it excludes all.
+/// fastest, without those that study.design.where excludes. Throws SceneError if it excludes all.
 std::vector<Cell> cells(const Study& study);
 
 // Provenance of results that were made from a whole study.

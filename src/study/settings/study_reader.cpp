@@ -184,7 +184,7 @@ void StudyReader::require_word(const std::string& name, const char* what) {
 void StudyReader::finish(Axis& a) {
   require_free(a.name, "axis");
   if (a.drawn) {
-    if (!study_.sampling)
+    if (!study_.design.method)
       s_.fail("low", "is of an axis with random values, and sample, their design, is missing");
     const auto& d = *a.drawn;
     if (d.high <= d.low) s_.fail("high", fmt::format("must be greater than low = {}, is {}", d.low, d.high));
@@ -224,27 +224,28 @@ void StudyReader::texts(const Key& key, std::vector<std::pair<std::string, std::
 }
 
 void StudyReader::finish(Variant& v) {
-  study_.in_periods |= s_.has("revolutions");
-  if (s_.has("revolutions") && study_.duration)
+  study_.length.in_periods |= s_.has("revolutions");
+  if (s_.has("revolutions") && study_.length.duration)
     s_.fail("revolutions", "counts periods, but the study's duration is in seconds");
-  study_.starts_given |= s_.has("starts");
+  study_.starts.given |= s_.has("starts");
   for (const auto& axis : study_.axes) refuse_twice_set(s_, v.overrides, keys_of(axis), "axis " + axis.name);
 }
 
 void StudyReader::finish(Study& study) {
   if ((study.claims == "points") != s_.has("points"))
     s_.fail("claims", "\"points\" and the key points go together; one of them is missing");
-  study.starts_given |= s_.has("starts");
+  study.starts.given |= s_.has("starts");
   for (const char* key : {"revolutions", "discard"}) {
-    study.in_periods |= s_.has(key);
-    if (s_.has(key) && study.duration)
+    study.length.in_periods |= s_.has(key);
+    if (s_.has(key) && study.length.duration)
       s_.fail(key,
               "counts periods, but duration is in seconds; give revolutions and discard, or duration and "
               "discard_time");
   }
-  if (study.discard_time && !study.duration) s_.fail("discard_time", "needs duration, which is missing");
+  if (study.length.discard_time && !study.length.duration)
+    s_.fail("discard_time", "needs duration, which is missing");
   const auto drawn = std::ranges::count_if(study.axes, [](const Axis& a) { return a.drawn.has_value(); });
-  if (study.sampling && drawn == 0)
+  if (study.design.method && drawn == 0)
     s_.fail("sample", "needs an axis with random values: give one low and high");
   if (drawn > most_drawn) s_.fail("axes", fmt::format("at most {} can be drawn", most_drawn));
   if (study.variants.empty())
@@ -253,14 +254,14 @@ void StudyReader::finish(Study& study) {
                               study.scene,
                               {},
                               study.formulations,
-                              study.starts,
-                              study.revolutions});
+                              study.starts.count,
+                              study.length.revolutions});
 }
 
 void require_expressions(const Study& study) {
   try {
-    if (!study.where.empty() &&
-        Expression(study.where, names_of(study, false)).type() != Expression::Type::truth)
+    if (!study.design.where.empty() &&
+        Expression(study.design.where, names_of(study, false)).type() != Expression::Type::truth)
       throw ExpressionError(1, "is a number; `where` needs true or false, such as a < b");
   } catch (const ExpressionError& e) {
     throw error_at(study, {"where"}, e.what());

@@ -56,8 +56,8 @@ class StudyReader : public SectionReader {
       x.title = name;
       x.scene = study_.scene;
       x.formulations = study_.formulations;
-      x.starts = study_.starts;
-      x.revolutions = study_.revolutions;
+      x.starts = study_.starts.count;
+      x.revolutions = study_.length.revolutions;
     }
     return x;
   }

@@ -78,7 +78,7 @@ std::vector<PlannedRun> plan(const Study& study, const Conduct& conduct, int thr
     if (start < of_start->keys.size()) {
       const auto& key = of_start->keys[start];
       if (seen.insert(key).second) runs.push_back({key, std::move(one), i});
-    } else if (study.starts_given) {
+    } else if (study.starts.given) {
       throw error_at(
           study, {"starts"},
           fmt::format("all starts of {} are identical: no drive has a prescribed speed and no joint has "
