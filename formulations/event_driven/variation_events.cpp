@@ -41,14 +41,20 @@ double event_value(const EventDynamics& nominal, EventDynamics& f, const ModeEve
     case Kind::limit_down:
     case Kind::limit_up:
       return VariedColumns<EventDynamics>::demand(f, k, x, t) - (event.kind == Kind::limit_up ? 1 : -1);
-    default:
+    case Kind::force:
+      rhs(f, x, t);
+      return f.contacts[k].lambda_n;
+    case Kind::stick:
+      rhs(f, x, t);
+      return *f.system.contact_facts(k).surface.friction * f.contacts[k].lambda_n -
+             std::abs(f.contacts[k].lambda_t);
+    case Kind::slide_stick:
+      rhs(f, x, t);
+      return f.preloaded[k].bound - std::abs(f.preloaded[k].lambda);
+    case Kind::none:
       break;
   }
-  rhs(f, x, t);
-  if (event.kind == Kind::force) return f.contacts[k].lambda_n;
-  if (event.kind == Kind::slide_stick) return f.preloaded[k].bound - std::abs(f.preloaded[k].lambda);
-  return *f.system.contact_facts(k).surface.friction * f.contacts[k].lambda_n -
-         std::abs(f.contacts[k].lambda_t);
+  return NAN;
 }
 
 }  // namespace
