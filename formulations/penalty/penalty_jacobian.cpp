@@ -26,11 +26,11 @@ struct PenaltyDynamics::ActingContact {
   const ContactRow* row = nullptr;
   bool pressed = false;
   double rate = 0, v_t = 0;  ///< m/s, δ̇ and v_T
-  Dual<4> normal;            ///< by δ, δ̇, v₀ and m
-  Dual<3> tangential;        ///< by F_N, v_T and the bristle
-  Dual<4> bristle;           ///< rate of the bristle, by δ, δ̇, v_T and the bristle
-  std::optional<FilmSlopes> film;
-  Vector normal_by_parameter, tangential_by_parameter;  ///< tangential: at constant F_N
+  Dual<4> normal = {};       ///< by δ, δ̇, v₀ and m
+  Dual<3> tangential = {};   ///< by F_N, v_T and the bristle
+  Dual<4> bristle = {};      ///< rate of the bristle, by δ, δ̇, v_T and the bristle
+  std::optional<FilmSlopes> film = {};
+  Vector normal_by_parameter = {}, tangential_by_parameter = {};  ///< tangential: at constant F_N
 };
 
 /// A joint with friction.

@@ -20,10 +20,9 @@ const std::vector<double> entries{3, -1, 5, 0.5, 7};
 /// Look-ups, whole numbers and choices of a number; `size` is a constant.
 template <class T>
 std::vector<T> looked_up(const T& x, double size) {
-  const auto place = place_of(x);
-  const auto i = interval_of(knots.size(), place, [&](std::size_t k) { return size * knots[k]; });
+  const auto i = interval_of(knots.size(), x, [&](std::size_t k) { return size * knots[k]; });
   const auto entry = entry_of(entries.size(), i, [&](std::size_t k) { return size * entries[k]; });
-  return {entry * x, T(floor_of(3 * place)) * x, T(round_of(7 * place)), limited(x, 0.6 * size),
+  return {entry * x, T(floor_of(3 * x)) * x, T(round_of(7 * x)), limited(x, 0.6 * size),
           choose(
               is_equal(x, 0.5), [] { return T(1); }, [&] { return x / (x - 0.5); })};
 }
