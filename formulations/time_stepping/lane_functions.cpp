@@ -9,6 +9,9 @@ namespace freeplay {
 
 namespace {
 
+/// Number of contact rows up to which a step has one dense contact problem.
+constexpr int most_rows = 24;
+
 /// The functions from a table of `count`.
 LaneFunctions functions_of(const CompiledFunction* table, int count, int contacts) {
   LaneFunctions f;
@@ -23,7 +26,24 @@ LaneFunctions functions_of(const CompiledFunction* table, int count, int contact
   return f;
 }
 
+/// Whether its steps iterate for the mean velocity, on which forces depend.
+bool iterates(const System& system) { return system.has_velocity_forces() || system.curves().sweeps; }
+
 }  // namespace
+
+bool has_whole_steps(const System& system) {
+  int rows = system.frictions();
+  for (int k = 0; k < system.contacts(); ++k) {
+    if (system.contact_facts(k).lubricant) return false;
+    rows += system.has_friction(k) ? 2 : 1;
+  }
+  return system.n() > 0 && rows <= most_rows && system.states() == 0 && system.reactive_frictions().empty() &&
+         (system.frictions() == 0 || !iterates(system)) && system.families().empty() && !system.has_motions();
+}
+
+bool has_ordinary_steps(const System& system) {
+  return has_whole_steps(system) && !iterates(system) && !system.has_loads() && system.frictions() <= 1;
+}
 
 LaneFunctions TracedLanes::compiled(const CompiledFunction* table) const {
   auto f = functions_of(table, object.functions(), contacts);
@@ -36,7 +56,8 @@ LaneFunctions TracedLanes::compiled(const CompiledFunction* table) const {
 LaneFunctions single_lane(const System& system) {
   const auto& all = system.compiled().functions();
   const int count = static_cast<int>(all.steps.size());
-  if (count == 0 || (count == 2 && system.contacts() + system.frictions() > 0)) return {};
+  const int ordinary = 2 + 2 * system.contacts() + system.frictions();
+  if (count != ordinary || !has_ordinary_steps(system)) return {};
   auto f = functions_of(all.steps.data(), count, system.contacts());
   f.lanes = 1;
   f.factors = all.solve.factors;

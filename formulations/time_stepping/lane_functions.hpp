@@ -131,6 +131,11 @@ struct LaneFunctions {
   int size(LaneArray array, const System& system) const;
 };
 
+/// Whether no part of a system has its own way of taking part in the beginning or the end of a step.
+bool has_whole_steps(const System& system);
+/// Whether its steps may also be ordinary: nothing depends on the mean velocity.
+bool has_ordinary_steps(const System& system);
+
 /// The traced functions of one System. Systems with the same text share the compiled functions, each
 /// lane with its own constants.
 struct TracedLanes {

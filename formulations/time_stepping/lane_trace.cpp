@@ -302,30 +302,6 @@ void LaneTracer::open(int k) {
   put_residuals(f, where, e);
 }
 
-namespace {
-
-/// Number of contact rows up to which a step has one dense contact problem.
-constexpr int most_rows = 24;
-
-/// Whether no part of a system has its own way of taking part in the beginning or the end of a step.
-bool has_whole_steps(const System& system) {
-  int rows = system.frictions();
-  for (int k = 0; k < system.contacts(); ++k) {
-    if (system.contact_facts(k).lubricant) return false;
-    rows += system.has_friction(k) ? 2 : 1;
-  }
-  return system.n() > 0 && rows <= most_rows && system.states() == 0 && system.reactive_frictions().empty() &&
-         system.families().empty() && !system.has_motions();
-}
-
-/// Whether its steps may also be ordinary: nothing depends on the mean velocity.
-bool has_ordinary_steps(const System& system) {
-  return has_whole_steps(system) && !system.has_velocity_forces() && !system.curves().sweeps &&
-         !system.has_loads() && system.frictions() <= 1;
-}
-
-}  // namespace
-
 TracedLanes trace_lanes(const System& system, const State& near, RowFacts facts, int lanes,
                         const TracedLanes* like) {
   TracedLanes found;

@@ -141,8 +141,11 @@ bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, dou
   using Stages = DormandPrince;
   constexpr double accepted = 1e-9, of_twice = 1.0 / 64;  // its error would be 32 times as great
   const double speed = curved_speed(*probe_, x_old), length = std::abs(h);
-  resolved_ = 2 * length;
-  if (error_of(Stages::third, h, speed) <= accepted) return false;
+  const auto resolves = [&](double most) { resolved_ = std::max(resolved_, most); };
+  if (error_of(Stages::third, h, speed) <= accepted) {
+    resolves(2 * length);
+    return false;
+  }
   combine(
       stage_, x_old, h, Stages::b, 6, [&](std::size_t i) -> auto& { return f_[i]; });
   for (std::size_t c = 0; c < keys_.size(); ++c)
@@ -151,12 +154,12 @@ bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, dou
         open(c) ? 6 : 0, [&](std::size_t i) -> auto& { return slopes_[i][c]; });
   last_f_ = slopes_at(t_old + h, last_slopes_);
   const double error = error_of(Stages::fourth, h, speed);
-  if (error > accepted)
-    resolved_ = 0.5 * length;
-  else if (error > of_twice * accepted)
-    resolved_ = length;
   ends_ = !(error > accepted);
-  return error > accepted;
+  if (ends_)
+    resolves(error > of_twice * accepted ? length : 2 * length);
+  else
+    resolved_ = 0.5 * length;
+  return !ends_;
 }
 
 template <class Dynamics>
@@ -184,6 +187,7 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
     if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], i, stage_, at);
   }
   ends_ = false;
+  if (halvings == most_halvings) resolved_ = 2 * std::abs(h);
   if (halvings < most_halvings && varies_fast(x_old, t_old, h)) {
     integrals_ = integrals;
     if (!rates.empty()) integral_rates_ = rates;

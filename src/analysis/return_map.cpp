@@ -201,8 +201,7 @@ VariedKey ReturnMap::direction(const SectionState& s, Eigen::Index c) const {
   return {.name = "the state of the section", .start = d.slope, .refused = {}};
 }
 
-EndState ReturnMap::motion(const SectionState& s, double end, int steps,
-                           std::vector<VariedKey> keys) const {
+EndState ReturnMap::motion(const SectionState& s, double end, int steps, std::vector<VariedKey> keys) const {
   return run_end_state({.scene = scene_,
                         .system = system_,
                         .start = s,
