@@ -209,8 +209,7 @@ void run_verb(Program& program) {
       .takes("SECONDS")
       .shows_default();
   options.limit_output(request.most_output);
-  options.flag("--compile", request.compile,
-               "compile the mechanism before the first step, not after 20,000");
+  options.flag("--compile", request.compile, "compile the mechanism before the first step, not after 20,000");
   options.flag("--no-compile", request.no_compile, "never compile the mechanism; the digits are the same");
   options
       .add("--plot", request.figures.plot,
