@@ -134,18 +134,13 @@ double VariedColumns<Dynamics>::error_of(const double (&weights)[stages], double
   return greatest;
 }
 
-/// Whether the columns vary faster than the step resolves, as about a rest or at a kink of the forces. Sets
-/// the length up to which the next steps are expected to resolve them.
+/// Whether the columns vary faster than the step resolves, as about a rest or at a kink of the forces.
 template <class Dynamics>
 bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, double h) {
   using Stages = DormandPrince;
-  constexpr double accepted = 1e-9, of_twice = 1.0 / 64;  // its error would be 32 times as great
-  const double speed = curved_speed(*probe_, x_old), length = std::abs(h);
-  const auto resolves = [&](double most) { resolved_ = std::max(resolved_, most); };
-  if (error_of(Stages::third, h, speed) <= accepted) {
-    resolves(2 * length);
-    return false;
-  }
+  constexpr double accepted = 1e-9;
+  const double speed = curved_speed(*probe_, x_old);
+  if (error_of(Stages::third, h, speed) <= accepted) return false;
   combine(
       stage_, x_old, h, Stages::b, 6, [&](std::size_t i) -> auto& { return f_[i]; });
   for (std::size_t c = 0; c < keys_.size(); ++c)
@@ -153,12 +148,7 @@ bool VariedColumns<Dynamics>::varies_fast(const Vector& x_old, double t_old, dou
         seeds_[c], S_[c], h, Stages::b,
         open(c) ? 6 : 0, [&](std::size_t i) -> auto& { return slopes_[i][c]; });
   last_f_ = slopes_at(t_old + h, last_slopes_);
-  const double error = error_of(Stages::fourth, h, speed);
-  ends_ = !(error > accepted);
-  if (ends_)
-    resolves(error > of_twice * accepted ? length : 2 * length);
-  else
-    resolved_ = 0.5 * length;
+  ends_ = !(error_of(Stages::fourth, h, speed) > accepted);
   return !ends_;
 }
 
@@ -167,12 +157,7 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
                                                             int halvings) {
   using Stages = DormandPrince;
   constexpr int most_halvings = 24;  // a kink of the forces then has an error of 1e-7 of that of the step
-  const auto in_halves = [&] {
-    const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
-    return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
-  };
   if (halvings == 0) begun_ = false;
-  if (halvings < most_halvings && std::abs(h) > 1.5 * resolved_) return in_halves();
   const auto integrals = integrals_;
   const auto rates = integrals_.empty() ? std::vector<Vector>() : integral_rates_;
   for (std::size_t i = 0; i < f_.size(); ++i) {
@@ -187,12 +172,12 @@ std::vector<double> VariedColumns<Dynamics>::advance_stages(double t_old, const 
     if (!integrands_.empty() && Stages::b[i] != 0) integrate(h * Stages::b[i], i, stage_, at);
   }
   ends_ = false;
-  if (halvings == most_halvings) resolved_ = 2 * std::abs(h);
   if (halvings < most_halvings && varies_fast(x_old, t_old, h)) {
     integrals_ = integrals;
     if (!rates.empty()) integral_rates_ = rates;
     begun_ = true;
-    return in_halves();
+    const auto middle = advance_stages(t_old, x_old, 0.5 * h, halvings + 1);
+    return advance_stages(t_old + 0.5 * h, middle, 0.5 * h, halvings + 1);
   }
   for (std::size_t c = 0; c < keys_.size(); ++c) {
     if (!open(c)) continue;

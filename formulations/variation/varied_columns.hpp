@@ -332,7 +332,6 @@ class VariedColumns : public DerivativeColumns {
   Vector last_f_;                      // at the end of a step, if ends_
   std::vector<Vector> last_slopes_;    // likewise
   bool ends_ = false, begun_ = false;  // begun_: f_[0] and slopes_[0] are those at the beginning of a step
-  double resolved_ = INFINITY;         // s, length up to which steps are expected to resolve the columns
 };
 
 }  // namespace freeplay
