@@ -49,7 +49,9 @@ auto is_at_most(const A& a, const B& b) {
 /// The type of these conditions, which both() and either() join.
 template <class T>
 using ConditionOf = std::conditional_t<is_traced<T>, Traced, bool>;
+/// Whether both conditions hold.
 inline bool both(bool a, bool b) { return a && b; }
+/// Whether one of them holds.
 inline bool either(bool a, bool b) { return a || b; }
 
 /// The result of `a` where the condition holds, else of `b`.
