@@ -224,8 +224,8 @@ void PenaltyDynamics::begin_tangent(const Vector& x, double t) {
 void PenaltyDynamics::press(ActingContact& p, double z, const double* v, std::size_t parameters) const {
   const auto& c = contacts_[static_cast<std::size_t>(p.contact)];
   const auto k = static_cast<std::size_t>(p.contact);
-  const auto [delta, rate, speed, mass] =
-      directions_of<4>({std::max(0.0, -p.row->gap), p.rate, c.v0, c.mass});
+  const auto of = directions_of<4>({std::max(0.0, -p.row->gap), p.rate, c.v0, c.mass});
+  const auto &delta = of[0], &rate = of[1], &speed = of[2], &mass = of[3];
   p.normal = c.force(delta, rate, c.law.elastic.force(delta), speed, mass);
   p.normal_by_parameter.assign(parameters, 0);
   p.tangential_by_parameter.assign(parameters, 0);

@@ -31,7 +31,9 @@ LaneGroup::LaneGroup(LaneFunctions functions, const MoreauStepper& like)
       times_(static_cast<std::size_t>(width_)) {
   const auto& system = like.data_.system;
   // The arrays one after the other; the state before the step has the order of the state.
-  const auto numbers = [&](LaneArray array) { return static_cast<std::size_t>(size(array) * width_); };
+  const auto numbers = [&](LaneArray array) {
+    return static_cast<std::size_t>(size(array)) * members_.size();
+  };
   std::size_t all = 0;
   for (std::size_t i = 0; i < table_.size(); ++i) {
     sizes_.push_back(functions_.size(static_cast<LaneArray>(i), system));

@@ -75,7 +75,8 @@ void take_end(const SensitivityRun& run, Scheme& scheme, EndState& end) {
   end.state = {scheme.t(), {q, v}, {v, z}, {z, z + states}};
   auto norm = motion_norm(system, make_scales(run.scene.mechanism, system, run.start), 1);
   add_states(norm, system, 2 * n);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(2 * n + states); ++i)
+  const auto motion = 2 * static_cast<std::size_t>(n) + static_cast<std::size_t>(states);
+  for (std::size_t i = 0; i < motion; ++i)
     end.scales.push_back(norm.absolute[i] + norm.relative[i] * std::abs(values[i]));
   for (std::size_t c = 0; c < run.keys.size(); ++c)
     if (end.refused.empty()) end.refused = variation.reason(c);

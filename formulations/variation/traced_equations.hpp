@@ -31,7 +31,8 @@ class TracedEquations {
     if (known != list_.end()) return known->equations;
     auto traced = std::make_shared<SystemTangent>(system, use, parameters);
     traced->prepare(near);
-    return list_.emplace_back(std::move(parameters), std::move(traced)).equations;
+    list_.push_back({std::move(parameters), std::move(traced)});
+    return list_.back().equations;
   }
 
  private:

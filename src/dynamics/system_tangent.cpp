@@ -385,18 +385,19 @@ DirectionBlocks::DirectionBlocks(const System& system, int state_offset)
 int DirectionBlocks::take(std::span<const std::vector<double>> directions, std::span<const double> times,
                           int first) {
   const int some = std::min(TangentTape::width, static_cast<int>(directions.size()) - first);
+  const auto begin = static_cast<std::size_t>(first);
   const auto gather = [&](std::vector<Block>& blocks, std::size_t offset) {
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       blocks[i].setZero();
       for (int s = 0; s < some; ++s)
-        blocks[i][s] = directions[static_cast<std::size_t>(first + s)][offset + i];
+        blocks[i][s] = directions[begin + static_cast<std::size_t>(s)][offset + i];
     }
   };
   gather(q_, 0);
   gather(v_, q_.size());
   gather(z_, static_cast<std::size_t>(state_offset_));
   t_.setZero();
-  for (int s = 0; s < some && !times.empty(); ++s) t_[s] = times[static_cast<std::size_t>(first + s)];
+  for (int s = 0; s < some && !times.empty(); ++s) t_[s] = times[begin + static_cast<std::size_t>(s)];
   return some;
 }
 
