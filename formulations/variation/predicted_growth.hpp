@@ -23,7 +23,7 @@ namespace freeplay {
 class EventDriven;
 
 /// Whether the mode has fewer coordinates than the constraints leave.
-bool reduces_coordinates(const EventDynamics& mode);
+bool reduces_coordinates(const EventDynamics& d);
 
 class PredictedGrowth {
  public:
@@ -41,7 +41,7 @@ class PredictedGrowth {
   void begin_step(const EventDynamics& mode) { take_varied_mode(*probe_, mode); }
   void end_step(const EventDriven& scheme);
   /// At an event, with the mode after it; see Variation::on_event.
-  void pass(const EventDynamics& mode, const Variation::Passed& passed);
+  void pass(const EventDynamics& d, const Variation::Passed& passed);
 
  private:
   using Vector = std::vector<double>;

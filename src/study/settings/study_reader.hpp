@@ -65,12 +65,12 @@ class StudyReader : public SectionReader {
   void finish(Measure& measure);
   void finish(Variant& variant);
   void finish(Unknown& unknown);
-  void finish(Target& target);
+  void finish(Target& x);
   void finish(Calibration& calibration);
   void finish(BifurcationPlan& plan) { refuse_varied(plan, {plan.axis}); }
   void finish(BasinPlan& plan) { refuse_varied(plan, {plan.x, plan.y}); }
   void finish(ContinuationPlan& plan);
-  void finish_quantity(Target& target);
+  void finish_quantity(Target& x);
   /// Refuses keys that an axis varies and the plan also sets.
   void refuse_varied(const AttractorPlan& plan, std::initializer_list<std::size_t> axes);
   /// Refuses the name of an axis, measure or derived quantity that is already a column of the results.
