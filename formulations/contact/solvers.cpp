@@ -201,7 +201,9 @@ SolverSummary lemke(ContactEquations& p, double, SolverRoom& room) {
   auto& unknowns = p.unknowns;
   const auto& D = p.D;
   const auto& b = p.b;
-  const auto [normals, tangents, n, scale] = begin(p, 2, room);
+  const auto size = begin(p, 2, room);
+  const int normals = size.normals, tangents = size.tangents, n = size.unknowns;
+  const double scale = size.scale;
   auto &q = room.q, &z = room.z;
   auto& A = room.A;
   // Order of the unknowns: (P_N ..., P_R ..., u_L ...), each in the order of `unknowns`.
@@ -252,7 +254,9 @@ SolverSummary copositive_lemke(ContactEquations& p, double accepted, SolverRoom&
   auto& unknowns = p.unknowns;
   const auto& D = p.D;
   const auto& b = p.b;
-  const auto [normals, tangents, n, scale] = begin(p, 3, room);
+  const auto size = begin(p, 3, room);
+  const int normals = size.normals, tangents = size.tangents, n = size.unknowns;
+  const double scale = size.scale;
   auto &q = room.q, &z = room.z;
   auto& A = room.A;
   const auto fill_row = [&](int place, int row, double sign) {
