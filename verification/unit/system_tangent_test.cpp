@@ -173,6 +173,8 @@ TEST_CASE("random scenes: traced derivatives in contact modes equal differences"
     for (int mode = 0; mode < 3; ++mode) {
       const int k = mode == 0 || system.contacts() == 0 ? -1 : static_cast<int>(engine() % system.contacts());
       const int slip = k >= 0 && system.has_friction(k) ? static_cast<int>(engine() % 3) - 1 : 0;
+      // A contact that sticks on a single freedom has dependent rows, whose forces are not unique.
+      if (k >= 0 && slip == 0 && system.has_friction(k) && system.n() - system.rows() < 2) continue;
       for (auto* f : all)
         for (int c = 0; c < system.contacts(); ++c) {
           f->contacts[c].closed = c == k;
