@@ -70,8 +70,8 @@ class EventDynamics : public ModeEquations {
   /// Derivatives of dx/dt in the present mode along `directions` of x, at constant t. Returns dx/dt.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<Vector> out);
-  /// From now on the derivatives are those of these traced equations (dynamics/system_tangent.hpp), and include
-  /// those by their parameters.
+  /// From now on the derivatives are those of these traced equations (dynamics/system_tangent.hpp), and
+  /// include those by their parameters.
   void use_tangent(std::shared_ptr<SystemTangent> traced);
   /// Whether the derivatives of the last directional() along the c-th direction include those with respect to
   /// the c-th parameter of the SystemTangent.

@@ -158,8 +158,8 @@ void EventDynamics::differentiate(const Vector& x, double t, std::span<const Vec
   }
 }
 
-/// Solves for the derivatives of accelerations and multipliers along entry s of the block, and fills a column of
-/// dx/dt but for its rates.
+/// Solves for the derivatives of accelerations and multipliers along entry s of the block, and fills a
+/// column of dx/dt but for its rates.
 void EventDynamics::respond(const Vector& x, int s, double* column) {
   const int n = system.n(), m = system.rows(), used = rows.used();
   auto& w = *tangent_;

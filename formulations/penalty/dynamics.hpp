@@ -238,9 +238,9 @@ class PenaltyDynamics {
   /// directions continue after x with (v₀, mass) of each contact, on which dx/dt depends.
   const Vector& directional(const Vector& x, double t, std::span<const Vector> directions,
                             std::span<const double> times, std::span<Vector> out);
-  /// From now on the derivatives are those of these traced equations (dynamics/system_tangent.hpp), and include
-  /// those by their parameters. `displaced`: of each parameter, dynamics with the contact laws at difference_places · spacing beside its
-  /// value; null: of none.
+  /// From now on the derivatives are those of these traced equations (dynamics/system_tangent.hpp), and
+  /// include those by their parameters. `displaced`: of each parameter, dynamics with the contact laws at
+  /// difference_places · spacing beside its value; null: of none.
   struct DisplacedLaws {
     std::array<PenaltyDynamics*, 4> at{};
     double spacing = 0;

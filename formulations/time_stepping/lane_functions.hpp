@@ -12,16 +12,16 @@
 //     end:       q, corrected onto Φ = 0, all λ, mean velocity, gaps, works, totals
 //     open:      of each contact, where it opens: moves bodies apart, in q, gaps, record and totals
 //
-// A joint with friction of a given force takes part in each step, and `contact` includes its impulse. The contact
-// and the joint then have the mode of their last impulses: both slide, or the contact has no friction. Where
-// no contact acts without impulses:
+// A joint with friction of a given force takes part in each step, and `contact` includes its impulse. The
+// contact and the joint then have the mode of their last impulses: both slide, or the contact has no
+// friction. Where no contact acts without impulses:
 //
 //     slide:     where it is asked for, impulse of the joint friction, in v, λ, momentum and totals, and
 //                `slide_reach`, the gap that each contact would have at the end. If one of these is not
 //                positive, only this and the residuals change, and `contact` computes the impulse.
 //
-// `middle` and `end` do not depend on what is between them: StepKernel (step_kernel.hpp) uses those of one lane
-// for all steps of one MoreauStepper, also of mechanisms whose steps are never ordinary.
+// `middle` and `end` do not depend on what is between them: StepKernel (step_kernel.hpp) uses those of one
+// lane for all steps of one MoreauStepper, also of mechanisms whose steps are never ordinary.
 #pragma once
 
 #include <array>
@@ -148,9 +148,9 @@ struct TracedLanes {
   LaneFunctions compiled(const CompiledFunction* table) const;
 };
 
-/// Appends the functions of one lane to those of a System: `middle` and `end`, and the others if its steps may
-/// be ordinary. Returns their number, 0 if there are none. The object must have the functions of the linear
-/// system.
+/// Appends the functions of one lane to those of a System: `middle` and `end`, and the others if its steps
+/// may be ordinary. Returns their number, 0 if there are none. The object must have the functions of the
+/// linear system.
 int trace_steps(TracedObject& object, const System& system, const State& near, RowFacts facts);
 /// These functions once they are attached to the System; `lanes` is 0 without the others.
 LaneFunctions single_lane(const System& system);

@@ -1,6 +1,6 @@
-// Impulses of an ordinary step in a lane (lane_functions.hpp), recorded with Traced numbers: of a contact, of a
-// joint friction, or of both, with what the step requires of them. formulations/contact/single_contact.hpp has
-// the laws.
+// Impulses of an ordinary step in a lane (lane_functions.hpp), recorded with Traced numbers: of a contact,
+// of a joint friction, or of both, with what the step requires of them.
+// formulations/contact/single_contact.hpp has the laws.
 #pragma once
 
 #include <array>

@@ -97,9 +97,9 @@ struct Lane {
   }
 };
 
-/// LaneScheduler: the lanes of one group. Each is empty, or has a run that steps alone, or one that steps in the
-/// group. A run is loaded where its next steps may be ordinary and nobody sees them, and stored where one is
-/// not ordinary or is to be seen; its place goes to the next run at its end.
+/// LaneScheduler: the lanes of one group. Each is empty, or has a run that steps alone, or one that steps
+/// in the group. A run is loaded where its next steps may be ordinary and nobody sees them, and stored
+/// where one is not ordinary or is to be seen; its place goes to the next run at its end.
 class LaneScheduler {
  public:
   using Next = std::function<std::optional<LaneRun>()>;

@@ -1,5 +1,6 @@
 // LaneTracer: records the functions of steps in lanes (lane_functions.hpp) of one System, from the texts that
-// MoreauStepper evaluates (step_text.hpp, formulations/contact/single_contact.hpp). Each function is a method.
+// MoreauStepper evaluates (step_text.hpp, formulations/contact/single_contact.hpp). Each function is a
+// method.
 #pragma once
 
 #include <optional>

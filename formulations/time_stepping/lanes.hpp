@@ -54,8 +54,9 @@ void run_in_lanes(const LaneFunctions& functions, const std::function<std::optio
 
 // Compares steps in lanes with those of each system alone, before a run uses them (lane_check.cpp).
 
-/// Number of quantities in which fixed steps by `functions`, alone and in a lane, and without them differ, from
-/// a state and from others near it, at most `states`; a sign of zero is no difference. Detaches all functions.
+/// Number of quantities in which fixed steps by `functions`, alone and in a lane, and without them differ,
+/// from a state and from others near it, at most `states`; a sign of zero is no difference. Detaches all
+/// functions.
 long differing_steps(System& system, const SystemFunctions& functions, const State& near, RowFacts facts,
                      int states = 4);
 

@@ -17,8 +17,9 @@ class StepKernel {
  public:
   /// Evaluates the middle of the step, factorises there, and computes v and λ without contacts.
   bool middle(StepData& step, ContactSet& contacts);
-  /// Computes q, corrected onto Φ = 0, all multipliers, mean velocity, gaps and works, from v with all impulses.
-  /// q before the correction is in step.dq. Where no gap is negative, constraint residuals are counted.
+  /// Computes q, corrected onto Φ = 0, all multipliers, mean velocity, gaps and works, from v with all
+  /// impulses. q before the correction is in step.dq. Where no gap is negative, constraint residuals are
+  /// counted.
   bool end(StepData& step, ContactSet& contacts);
 
  private:

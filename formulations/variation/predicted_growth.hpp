@@ -1,6 +1,6 @@
 // PredictedGrowth: the growth of a volume of all own coordinates along an event-driven motion, without
-// tangent vectors. Without applied forces that depend on velocities or first-order states, the motion preserves the
-// volume of u (Liouville), since M δv and δq are conjugate. Therefore
+// tangent vectors. Without applied forces that depend on velocities or first-order states, the motion
+// preserves the volume of u (Liouville), since M δv and δq are conjugate. Therefore
 //
 //     d ln|V|/dt = tr(Zᵀ ∂F/∂v Z) + tr(∂ż/∂z)                     within a mode,
 //     ln|V⁺/V⁻| = ln|det(∂v⁺/∂v⁻)| + Σ ln|ġ⁺/ġ⁻|                  at an impact,

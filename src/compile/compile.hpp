@@ -24,10 +24,11 @@
 
 namespace freeplay {
 
-/// Right-hand sides after which a run of its own compiles its mechanism, if its rest is estimated to save more
-/// than that costs.
+/// Right-hand sides after which a run of its own compiles its mechanism, if its rest is estimated to save
+/// more than that costs.
 inline constexpr long compiles_after = 20'000;
-/// The same for the first run of a study, whose other runs cannot be estimated: as many as a compilation costs.
+/// The same for the first run of a study, whose other runs cannot be estimated: as many as a compilation
+/// costs.
 inline constexpr long compiles_study_after = 100'000;
 /// The same where the compiled functions of its structure are known already: tracing and the check cost
 /// about as much as so many right-hand sides.

@@ -65,7 +65,8 @@ class SaddlePoint {
   /// NotTraceable near dependent rows.
   bool trace(TracedObject& object, std::span<const double> G_values, const std::vector<bool>& constant,
              int& factors, std::vector<int>& ratios) const;
-  /// @name Parts of it, to be recorded within larger functions (motion_kernel.cpp, time_stepping/lane_trace.cpp)
+  /// @name Parts of it, to be recorded within larger functions (motion_kernel.cpp,
+  /// time_stepping/lane_trace.cpp)
   ///@{
   /// F at G, the entries of all blocks in turn. `ratios` gets the pivot ratios, `counts` their number
   /// for each block.

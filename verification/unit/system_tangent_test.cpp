@@ -100,9 +100,9 @@ TEST_CASE("derivatives of traced operations have their closed forms", "[compiled
 }
 
 TEST_CASE("random scenes: traced derivatives in contact modes equal differences", "[compiled][sensitivity]") {
-  // Differences of the right-hand side have an error of 1e-12 of the forces in it, which may exceed their sum;
-  // along directions of the state also that of their fourth order, so that the best of several spacings is taken:
-  // a wrong derivative differs from all of them. Stiff stops leave 2e-5.
+  // Differences of the right-hand side have an error of 1e-12 of the forces in it, which may exceed their
+  // sum; along directions of the state also that of their fourth order, so that the best of several
+  // spacings is taken: a wrong derivative differs from all of them. Stiff stops leave 2e-5.
   constexpr double state_bound = 1e-4, parameter_bound = 1e-7;
   int scenes = 0, closed = 0, keys = 0, covered = 0;
   std::mt19937 engine(20261126);

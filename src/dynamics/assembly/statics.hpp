@@ -5,8 +5,8 @@
 //
 // where C consists of the constraint rows G and, for contacts held closed, their rows W_N
 // (F_N = −μ). K includes the geometric stiffness ∂(Cᵀμ)/∂q of reactions and contact forces.
-// Derivatives are those of the traced equations (dynamics/system_tangent.hpp). Friction, films and contact damping exert no force at
-// rest and are not part of D.
+// Derivatives are those of the traced equations (dynamics/system_tangent.hpp). Friction, films and contact
+// damping exert no force at rest and are not part of D.
 #pragma once
 
 #include <Eigen/Core>
