@@ -14,7 +14,7 @@ constexpr int stages = 6;
 ///     (1/(γh) − J) g_s = f(y) + h d_s ∂f/∂t + Σ c_sk g_k/h.
 /// The last stage starts at the end of the fifth and is the error. d is the sum of each row of the
 /// method's γ_ij. Boost 1.74 has the fourth entry with the wrong sign;
-/// verification/order/smooth_order_test.cpp verifies the order.
+/// verification/property/order/smooth_order_test.cpp verifies the order.
 constexpr double diagonal = 0.25;
 constexpr std::array<double, stages> time{0, 0.386, 0.21, 0.63, 1, 1};
 constexpr std::array<double, stages> d{0.25, -0.1043, 0.1035, -0.3620000000000023e-01, 0, 0};

@@ -1,0 +1,215 @@
+// The commands on studies and measurements as a user runs them, on small studies.
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string case_file(const char* name) {
+  return (test::source_folder() / "cases/flores2011-experiment" / name).string();
+}
+
+}  // namespace
+
+TEST_CASE("validate accepts a run against itself and detects a different clearance", "[study]") {
+  test::TemporaryFolder folder;
+  const auto scene = case_file("guide.toml"), place = folder.path().string();
+  const std::string turns = " --set run.revolutions=6 --set run.discard=1";
+  REQUIRE(test::freeplay("run " + scene + turns + " --formulation nonsmooth -o " + place + "/run").status ==
+          0);
+  // signals.csv is channel,t,crank_angle,value: the accelerometer's lines are the measurement.
+  std::ifstream in(folder.path() / "run/signals.csv");
+  std::string line, csv = "t,acceleration\n";
+  while (std::getline(in, line))
+    if (line.starts_with("accelerometer,")) {
+      const auto t = line.find(',') + 1, angle = line.find(',', t) + 1, value = line.find(',', angle) + 1;
+      csv += line.substr(t, angle - t) + line.substr(value) + "\n";
+    }
+  write_file(folder.path() / "measured.csv", csv);
+  const auto agreement = [&](const std::string& set) {
+    const auto o = test::succeeded("validate " + scene + " --data " + place + "/measured.csv -o " + place +
+                                   "/" + (set.empty() ? "same" : "other") + turns + set);
+    CHECK_THAT(o.out, Contains("peak ratio, median"));
+    return test::read_json(folder.path() / (set.empty() ? "same" : "other") / "validation.json");
+  };
+  const auto verdict = [](const nlohmann::json& v) {
+    return v["models"]["nonsmooth"]["verdict"].get<std::string>();
+  };
+  // Five revolutions may be too few to find half a clearance, and then no verdict is given.
+  CHECK(verdict(agreement("")) != "differs");
+  // Four times the clearance: the test finds twice with these revolutions.
+  CHECK(verdict(agreement(" --set joints.gudgeon.clearance=1e-3")) == "differs");
+  CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
+}
+
+TEST_CASE("figures use the crank's angle and contain the plotted values") {
+  for (const char* speed : {"200", "-200"}) {
+    CAPTURE(speed);
+    test::TemporaryFolder folder;
+    test::succeeded("compare " + case_file("guide.toml") +
+                    " --set run.revolutions=1.3 --set run.discard=0 --set " +
+                    "drives.motor.speed_rpm=" + speed + " -o " + folder.path().string());
+    // The last whole revolution of the accelerometer, as in signals.csv: angles on the circle,
+    // unrounded values.
+    std::ifstream in(folder.path() / "penalty/signals.csv");
+    std::vector<std::pair<double, double>> rows;
+    for (std::string line; std::getline(in, line);)
+      if (line.starts_with("accelerometer,")) {
+        const auto t = line.find(',') + 1, angle = line.find(',', t) + 1, value = line.find(',', angle) + 1;
+        const double turns = std::stod(line.substr(angle)) / (2 * std::numbers::pi);
+        if (std::abs(turns) < 1)
+          rows.emplace_back(360 * (turns - std::floor(turns)), std::stod(line.substr(value)));
+      }
+    REQUIRE(rows.size() > 2900);
+    std::ifstream data(folder.path() / "figures/acceleration.dat");
+    std::string line;
+    std::getline(data, line);
+    for (const auto& [angle, value] : rows) {
+      REQUIRE(std::getline(data, line));
+      std::istringstream fields(line);
+      double x = 0, y = 0;
+      fields >> x >> y;
+      CHECK(std::abs(x - angle) < 1e-9);
+      CHECK(y == value);
+    }
+  }
+}
+
+TEST_CASE("tradeoff: finer settings cost more and have less error; statistics have their own scale",
+          "[study]") {
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string();
+  write_file(folder.path() / "study.toml",
+             fmt::format("scene = \"{0}/cases/flores2011/scene.toml\"\nstarts = 2\nrevolutions = 1\n"
+                         "[variants.ideal]\nscene = \"{0}/cases/tradeoff/ideal.toml\"\nset = "
+                         "[\"run.revolutions=0.1\", \"run.discard=0\"]\n"
+                         "[variants.loose]\nset = [\"run.revolutions=0.04\", \"run.discard=0\", "
+                         "\"penalty.contact=exact\"]\n",
+                         test::source_folder().string()));
+  const auto o = test::succeeded("tradeoff " + place + "/study.toml --allow-outside --repeats 1 -o " + place +
+                                 "/out --document " + place + "/doc");
+  std::istringstream lines(o.out);
+  for (std::string line; std::getline(lines, line);) {
+    CAPTURE(line);
+    if (line.find("e-") != std::string::npos && line.find("known") == std::string::npos &&
+        line.find("Model") == std::string::npos)
+      CHECK(line.size() <= 80);
+  }
+  const auto document = test::read_json(folder.path() / "out/tradeoff.json");
+  const auto of = [&](const char* scene, const std::string& method, double fineness) {
+    for (const auto& s : document["scenes"][scene]["settings"])
+      if (s["method"] == method && s["fineness"].get<double>() == Approx(fineness)) return s;
+    FAIL(method);
+    return nlohmann::json();
+  };
+  for (const char* error : {"error_events", "error_energy"}) {
+    CAPTURE(error);
+    CHECK(of("loose", "adams_bashforth_moulton", 1e-9)[error] <
+          of("loose", "adams_bashforth_moulton", 1e-5)[error]);
+  }
+  CHECK(of("loose", "moreau-jean", 1e-6)["error_events"] < of("loose", "moreau-jean", 1e-5)["error_events"]);
+  CHECK(of("loose", "moreau-jean", 1e-6)["steps"] > of("loose", "moreau-jean", 1e-4)["steps"]);
+  // First contact at 4.42 ms, penalty against impact law: the model error is some per cent
+  // (K^(-2/5)).
+  CHECK(document["scenes"]["loose"]["model_error_of_penalty"].get<double>() > 1e-3);
+  CHECK(document["scenes"]["loose"]["model_error_of_penalty"].get<double>() < 0.2);
+  CHECK(of("loose", "event-driven", 1e-9)["statistics_in_standard_errors"].is_number());
+  CHECK(of("ideal", "event-driven", 1e-9)["statistics_in_standard_errors"].is_null());
+  CHECK(std::filesystem::exists(folder.path() / "doc/tradeoff.md"));
+  CHECK(std::filesystem::exists(folder.path() / "doc/figures/tradeoff_loose.png"));
+}
+
+TEST_CASE("validate with a study: calibration, matrix, verdicts, figures, and repetition without a run",
+          "[study][long]") {
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string();
+  const auto smaller = [&](const char* name, std::vector<std::pair<std::string, std::string>> changes) {
+    std::string text = test::file_text(case_file(name));
+    for (const auto& [from, to] : changes) {
+      CAPTURE(from);
+      REQUIRE(text.find(from) != std::string::npos);
+      for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+        text.replace(at, from.size(), to);
+    }
+    write_file(folder.path() / name, text);
+  };
+  const auto scenes = "scene = \"" + test::source_folder().string() + "/cases/flores2011-experiment/";
+  smaller("study.toml", {{"scene = \"", scenes},
+                         {"revolutions = 50", "revolutions = 1"},
+                         {"revolutions = 25", "revolutions = 1"},
+                         {"discard = 2", "discard = 1"},
+                         {"[100.0, 150.0, 200.0, 250.0]", "[100.0, 200.0]"},
+                         {"nonsmooth.step=2e-6", "nonsmooth.step=1e-5"},
+                         {"starts = 8", "starts = 2"},
+                         {"starts = 3", "starts = 2"}});
+  smaller("calibrate.toml", {{"scene = \"", scenes},
+                             {"revolutions = 50", "revolutions = 1"},
+                             {"revolutions = 25", "revolutions = 1"},
+                             {"discard = 2", "discard = 1"},
+                             {"points = 80", "points = 20"},
+                             {"starts = 8", "starts = 2"},
+                             {"starts = 3", "starts = 1"}});
+  const auto command =
+      "validate " + place + "/study.toml --allow-outside -o " + place + "/out --document " + place + "/doc";
+  const auto o = test::freeplay(command);
+  CAPTURE(o.err);
+  REQUIRE(o.status <= 1);  // two revolutions need not satisfy any finding
+  const auto first = test::read_json(folder.path() / "out/experiment.json");
+  for (const char* variant : {"chain", "paper", "guide", "calibrated"}) {
+    CAPTURE(variant);
+    CHECK(first["verdicts"][variant]["nonsmooth"].size() > 8);
+    CHECK(first["verdicts"][variant]["penalty"].size() > 8);
+  }
+  const std::string text = test::file_text(folder.path() / "doc/experiment.md");
+  for (const char* part : {"X6", "X9", "calibrated", "Fitted", "predicted"}) CHECK_THAT(text, Contains(part));
+  // Repeated: all runs exist, the verdicts are the same.
+  REQUIRE(test::freeplay(command).status == o.status);
+  CHECK(test::read_json(folder.path() / "out/experiment.json")["verdicts"] == first["verdicts"]);
+  // Runs of two revolutions may contradict a fit or leave it open: then the command reports it, with
+  // the corresponding status.
+  const auto again =
+      test::freeplay("calibrate " + place + "/calibrate.toml --allow-outside -o " + place + "/out");
+  const auto all = test::read_json(folder.path() / "out/calibration.json")["fitted_to_all"];
+  bool contradicted = false;
+  for (const auto& target : all["fitted"])
+    contradicted = contradicted || target["contradicted_by_runs"].get<bool>();
+  const bool holds = all["holds"].get<bool>();
+  CHECK((!contradicted || !holds));
+  CHECK(again.status == (holds ? 0 : 1));
+  const auto says = [&](const char* text) { return again.err.find(text) != again.err.npos; };
+  CHECK((says("Calibration rejected") || says("Calibration open")) == !holds);
+  for (const auto& unknown : all["unknowns"]) CHECK(unknown["low"].is_null() == !holds);
+}
+
+TEST_CASE("an unexpected option or word is named") {
+  const auto err = [](const std::string& arguments) {
+    const auto o = test::freeplay(arguments);
+    CAPTURE(arguments, o.out);
+    CHECK(o.status == 2);
+    return o.err;
+  };
+  CHECK_THAT(err("rum x"), Contains("rum"));
+  CHECK_THAT(err("laws --mass 3"), Contains("--mass requires scene"));
+  CHECK_THAT(err("validate --as-given " + case_file("study.toml")), Contains("--as-given requires --data"));
+  CHECK_THAT(err("validate " + case_file("guide.toml")), Contains("a scene needs --data"));
+  CHECK_THAT(err("advise --error -1% " + case_file("guide.toml")), Contains("greater than 0 per cent"));
+}
+
+TEST_CASE("terminal output stays within 80 columns") {
+  test::TemporaryFolder folder;
+  const auto scene = (test::source_folder() / "cases/flores2011/scene.toml").string(),
+             place = " -o " + folder.path().string();
+  const std::string brief = " --set run.revolutions=0.1 --set run.discard=0";
+  for (const auto& arguments :
+       {"check --why " + scene, "check " + case_file("guide.toml"),
+        "run --formulation penalty " + scene + brief + place, "compare " + scene + brief + place + "/c"}) {
+    const auto o = test::succeeded(arguments);
+    std::istringstream lines(o.out);
+    for (std::string line; std::getline(lines, line);) {
+      CAPTURE(line);
+      if (line.find('/') == std::string::npos)  // a path may have any length
+        CHECK(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }) <= 80);
+    }
+  }
+}

@@ -1,0 +1,194 @@
+// Traced functions: the C text and its constants, guards, and the cache of compiled objects.
+#include "numerics/trace.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+
+#include "compile/compiled_object.hpp"
+#include "verification/support/compiled_runs.hpp"
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+using test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct PrivateCache : test::CompilerCache {
+  fs::path only_object() const {
+    const auto all = objects();
+    REQUIRE(all.size() == 1);
+    return all[0];
+  }
+};
+
+template <class T>
+T polynomial_or_root(const T& x, const T& y, double factor) {
+  using std::atan2, std::cos, std::exp, std::sin, std::sqrt, std::tanh;
+  if (x > T(1)) return sqrt(x * y) + factor * sin(x) * cos(x);
+  return exp(-x) * tanh(y) + atan2(y, x) / (2 * y) - factor;
+}
+
+/// The function traced at (x, y), as the object's only one.
+TracedObject traced_at(double x, double y, double factor) {
+  TracedObject object;
+  {
+    Trace trace(object, "f");
+    const auto X = trace.input(0, 0, x), Y = trace.input(1, 0, y);
+    trace.output(0, 0, polynomial_or_root(X, Y, factor));
+  }
+  return object;
+}
+
+/// Calls a function of (x, y); empty if a guard fails.
+std::optional<double> call(CompiledFunction f, const TracedObject& object, double x, double y) {
+  double found = NAN;
+  const double* in[] = {&x, &y};
+  double* out[] = {&found};
+  return f(object.constants().data(), in, out) == 0 ? std::optional(found) : std::nullopt;
+}
+
+}  // namespace
+
+TEST_CASE("a compiled function gives the digits of its template, and refuses the other branch",
+          "[compiled]") {
+  const PrivateCache cache;
+  const auto object = traced_at(2, 3, 0.7), other = traced_at(0.5, 3, 0.7);
+  const auto root = compiled_object(object.text(), 1), rest = compiled_object(other.text(), 1);
+  REQUIRE(root.reason.empty());
+  REQUIRE(rest.reason.empty());
+  for (double x = 0.25; x < 4; x += 0.25)
+    for (double y = 0.5; y < 3; y += 0.37) {
+      const double expected = polynomial_or_root(x, y, 0.7);
+      const auto above = call(*root.table, object, x, y), below = call(*rest.table, other, x, y);
+      REQUIRE(above.has_value() == (x > 1));
+      REQUIRE(below.has_value() == !(x > 1));
+      REQUIRE(above.value_or(below.value_or(0)) == expected);
+    }
+  CHECK_FALSE(call(*root.table, object, NAN, 1));  // no comparison holds for it
+}
+
+TEST_CASE("functions that differ in parameters only share their text", "[compiled]") {
+  const auto a = traced_at(2, 3, 0.7), b = traced_at(1.5, 2, 12.5), c = traced_at(0.5, 3, 0.7);
+  CHECK(a.text() == b.text());
+  CHECK(a.constants() != b.constants());
+  CHECK(a.text() != c.text());
+  CHECK(a.text().find("0.7") == std::string::npos);
+}
+
+TEST_CASE("a trace folds zeros and ones, and shares equal operations", "[compiled]") {
+  TracedObject object;
+  {
+    Trace trace(object, "f");
+    const auto x = trace.input(0, 0, 2), y = trace.input(0, 1, 3);
+    CHECK((x * Traced(0)).is_constant());
+    CHECK((x * Traced(1)).node == x.node);
+    CHECK((x + Traced(0)).node == x.node);
+    CHECK((-(-x)).node == x.node);
+    CHECK((x * y).node == (y * x).node);
+    CHECK((x - y).node != (y - x).node);
+    CHECK((Traced(0.5) * Traced(4)).value == 2);
+    trace.output(0, 0, x * y + y * x);
+  }
+  // Two inputs, one product, one sum.
+  CHECK(std::ranges::count_if(object.function(0).uses(), [](int n) { return n > 0; }) == 4);
+  CHECK_THROWS_AS(
+      [&] {
+        Trace trace(object, "g");
+        return value_of(trace.input(0, 0, 2));
+      }(),
+      NotTraceable);
+  CHECK(object.functions() == 1);
+}
+
+TEST_CASE("a long function is compiled in parts", "[compiled]") {
+  const PrivateCache cache;
+  // Σ aₖ sin(k x) over many k: numbers of early parts are used in later ones.
+  const auto sum = [](const auto& x) {
+    using std::sin;
+    auto total = x, power = x;
+    for (int k = 1; k < 3000; ++k) {
+      power = power * x - sin(power);
+      total = total + power / double(k) + x;
+    }
+    return total;
+  };
+  TracedObject object;
+  {
+    Trace trace(object, "f");
+    trace.output(0, 0, sum(trace.input(0, 0, 0.3)));
+  }
+  CHECK(object.text().find("f_1(") != std::string::npos);
+  const auto compiled = compiled_object(object.text(), 1);
+  REQUIRE(compiled.reason.empty());
+  for (const double x : {0.3, -0.2, 0.9}) CHECK(call(*compiled.table, object, x, 0) == sum(x));
+}
+
+TEST_CASE("the cache of compiled objects: found again, repaired, and private", "[compiled]") {
+  const PrivateCache cache;
+  const auto object = traced_at(2, 3, 0.7);
+  const auto get = [&] { return compiled_object(object.text(), 1); };
+  const auto works = [&](const CompiledObject& o) {
+    REQUIRE(o.reason.empty());
+    CHECK(call(*o.table, object, 2, 3) == polynomial_or_root(2.0, 3.0, 0.7));
+  };
+  auto first = get();
+  works(first);
+  CHECK_FALSE(first.cached);
+  const auto again = get();
+  works(again);
+  CHECK(again.cached);
+  struct stat facts {};
+  REQUIRE(stat(cache.place().c_str(), &facts) == 0);
+  CHECK((facts.st_mode & 0777) == 0700);
+  const auto file = cache.only_object();
+  // Another file under the same name: the loaded object must keep its bytes.
+  const auto replace = [&](const std::string& bytes) {
+    const auto other = cache.folder.path() / "other";
+    write_file(other, bytes);
+    fs::permissions(other, fs::perms::owner_read | fs::perms::owner_write);
+    fs::rename(other, file);
+  };
+  auto bytes = test::file_text(file);
+
+  SECTION("a truncated object is compiled again") {
+    replace(bytes.substr(0, bytes.size() / 2));
+    const auto repaired = get();
+    works(repaired);
+    CHECK_FALSE(repaired.cached);
+  }
+  SECTION("a changed object is compiled again") {
+    bytes[64] ^= 1;
+    replace(bytes);
+    CHECK_FALSE(get().cached);
+  }
+  SECTION("an object that others may write is not loaded") {
+    fs::permissions(file, fs::perms::group_write, fs::perm_options::add);
+    CHECK_FALSE(get().cached);
+  }
+  SECTION("a symbolic link in place of an object is replaced") {
+    const auto elsewhere = cache.folder.path() / "elsewhere.so";
+    fs::rename(file, elsewhere);
+    fs::create_symlink(elsewhere, file);
+    const auto repaired = get();
+    works(repaired);
+    CHECK_FALSE(repaired.cached);
+    CHECK_FALSE(fs::is_symlink(file));
+  }
+  SECTION("a folder that others may read is not used") {
+    fs::permissions(cache.place(), fs::perms::group_read | fs::perms::others_read, fs::perm_options::add);
+    CHECK(get().reason.find("is open to other users") != std::string::npos);
+  }
+  SECTION("a symbolic link in place of the folder is not followed") {
+    const auto elsewhere = cache.folder.path() / "elsewhere";
+    fs::rename(cache.place(), elsewhere);
+    fs::create_directory_symlink(elsewhere, cache.place());
+    CHECK(get().reason.find("symbolic link") != std::string::npos);
+  }
+  SECTION("a file in place of the folder") {
+    fs::remove_all(cache.place());
+    std::ofstream(cache.place()) << "x";
+    CHECK_FALSE(get().library);
+  }
+}

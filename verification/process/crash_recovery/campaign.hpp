@@ -1,0 +1,67 @@
+// Crash-recovery tests of commands: each is killed at random instants, or before each change on the
+// disk, and called again as a user would. After every kill and at the end these conditions are
+// checked:
+//
+//     no finished result is lost   results under replacement are complete, either the older or the
+//                                  new ones; stored runs are unchanged
+//     the command resumes          the next call ends normally
+//     the results are the same     they equal those of an undisturbed call
+//     nothing is left over         no incomplete file, no lock, no checkpoint of a finished run
+#pragma once
+
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "verification/process/crash_recovery/contents.hpp"
+#include "verification/process/crash_recovery/process.hpp"
+
+namespace freeplay::killed {
+
+/// A command as it is called here.
+struct Verb {
+  std::string name;
+  Words words;  ///< all except the folder
+  /// another call, whose finished results exist at the beginning; may be empty
+  Words older;
+  std::string database;    ///< in the folder, whose runs it adds to
+  bool resumes = false;    ///< resumes with `run --resume` if there is a checkpoint
+  bool in_folder = false;  ///< takes the folder as its last argument, not by -o
+};
+
+/// Results of the campaign for a command.
+struct Tally {
+  int kills = 0, calls = 0, lost = 0, stuck = 0, other = 0, left_over = 0;
+  std::vector<std::string> findings;  ///< violations, a line each
+};
+
+class Campaign {
+ public:
+  /// Makes the results of the undisturbed command and of the older call in this folder first.
+  Campaign(const Verb& verb, const Path& folder);
+  /// Kills at random instants of its duration, until this number of kills has taken effect.
+  void at_random(int kills, unsigned seed);
+  /// Kills before each `every`-th change of names in a folder, from the first on, until it ends.
+  void at_changes(int first, int every);
+  const Tally& tally() const { return tally_; }
+
+ private:
+  Words words() const;
+  void prepare();
+  void finish();
+  /// Checks the folder after a kill.
+  void assess(const std::string& when);
+  void wrong(int& count, const std::string& what);
+
+  Verb verb_;
+  Path whole_, older_, shot_;
+  Contents expected_, before_, expected_runs_, stored_;
+  double seconds_ = 0;
+  Tally tally_;
+};
+
+/// The commands of the campaign, small ones. `folder`: for their studies.
+std::vector<Verb> verbs(const Path& folder);
+
+}  // namespace freeplay::killed

@@ -1,0 +1,108 @@
+// Lubricant films in the nonsmooth schemes: extreme parameters, hand-overs to dry contact, several
+// joints. Closed forms are in verification/claims/films.cpp.
+#include "verification/property/comparison/snapshot_check.hpp"
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+using test::Way;
+const std::vector<Way> ways{test::fixed_steps(1e-5),
+                            test::chosen_steps,
+                            test::event_driven,
+                            test::automatic,
+                            {"penalty", Family::penalty, {}, 0, {"penalty.contact=\"exact\""}}};
+
+Scene pin(std::vector<std::string> keys, const Way& way) {
+  keys.insert(keys.end(), way.options.begin(), way.options.end());
+  keys.push_back("run.discard=0");
+  auto scene = read_scene(test::source_folder() / "cases/lubricated-pin/scene.toml", keys);
+  way.choose(scene);
+  return scene;
+}
+
+Result finished(const Scene& scene, const Way& way) {
+  auto run = test::finished(scene, way.family);
+  CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("films of any thickness and kind: every scheme finishes with the same result", "[films]") {
+  struct Corner {
+    const char* what;
+    std::vector<std::string> keys;
+    double bound;  // of the pin's position over the clearance, against penalty
+  };
+  // Bounds: h² of the film's rates for fixed steps of 1e-5 s, 1e-6 a step for adaptive ones.
+  const Corner corner = GENERATE(values<Corner>(
+      {{"thin oil", {"lubricants.oil.viscosity=0.01"}, 1e-3},
+       {"grease", {"lubricants.oil.viscosity=100.0"}, 1e-3},
+       {"tiny clearance", {"joints.gudgeon.clearance=5e-6"}, 1e-3},
+       {"long, full", {"lubricants.oil.film=\"long\"", "lubricants.oil.cavitation=\"none\""}, 1e-3},
+       {"long, cavitated", {"lubricants.oil.film=\"long\""}, 1e-3},
+       {"short, full", {"lubricants.oil.cavitation=\"none\""}, 1e-3},
+       {"wide hand-over", {"lubricants.oil.hand_over=1e-4"}, 1e-3}}));
+  auto keys = corner.keys;
+  keys.push_back("run.revolutions=0.25");
+  const auto exact = finished(pin(keys, ways.back()), ways.back());
+  const double c = corner.keys[0].starts_with("joints") ? 5e-6 : 0.25e-3;
+  for (const auto& way : ways) {
+    const auto run = finished(pin(keys, way), way);
+    CAPTURE(corner.what, way.name);
+    CHECK(std::abs(run.final_state.q[6] - exact.final_state.q[6]) < corner.bound * c);
+    CHECK(std::abs(run.final_state.q[4] - exact.final_state.q[4]) < corner.bound * c);
+    CHECK(run.ledger.film == Approx(exact.ledger.film).epsilon(5e-3));
+    CHECK(run.ledger.film > 0);
+    CHECK(run.ledger.contact == 0);
+  }
+}
+
+TEST_CASE("where the film is too thin to carry the load, dry contact takes over at zero gap", "[films]") {
+  for (const auto& way : ways) {
+    auto scene = pin({"lubricants.oil.viscosity=1e-4", "run.revolutions=0.25"}, way);
+    const auto run = finished(scene, way);
+    CAPTURE(way.name);
+    // With the impact law a contact bounces that stays closed in penalty under the depth of the
+    // load.
+    CHECK((run.contacts[0].impacts > 0 || way.family == Family::penalty));
+    CHECK(run.contacts[0].lasting_fraction > 0);
+    CHECK(run.ledger.film > 0);
+    CHECK(run.ledger.contact > 0);
+    if (way.family == Family::nonsmooth) CHECK(run.contacts[0].penetration_ratio < 1e-3);
+  }
+}
+
+TEST_CASE("a fixed step longer than the passage of a film's thickness is reported", "[films]") {
+  const auto coarse = test::fixed_steps(2e-3);
+  const auto run = finished(pin({"lubricants.oil.viscosity=0.002", "run.revolutions=0.3"}, coarse), coarse);
+  CHECK(
+      std::ranges::any_of(run.notes, [](const std::string& note) { return note.find("film") != note.npos; }));
+  const auto fine = finished(pin({"run.revolutions=0.1"}, ways[0]), ways[0]);
+  CHECK(std::ranges::none_of(fine.notes,
+                             [](const std::string& note) { return note.find("film") != note.npos; }));
+}
+
+TEST_CASE("snapshots: a film in the nonsmooth schemes", "[films][snapshot]") {
+  using namespace freeplay::snapshots;
+  auto scene = rig();
+  const std::string surface = "surface = \"steel\"\n";
+  scene.insert(scene.find(surface), "bearing_length = 0.02\nlubricant = \"oil\"\n");
+  scene += "[lubricants.oil]\nviscosity = 0.004\nhand_over = 1e-5\n";
+  for (const char* scheme : {"moreau-jean", "event-driven", "automatic"})
+    check({scene,
+           "nonsmooth",
+           {fmt::format("nonsmooth.scheme=\"{}\"", scheme), "run.duration=0.02", "run.discard=0.01",
+            "run.output_step=1e-4"},
+           {snapshots::film}});
+  // Stiff: the implicit method is active.
+  auto stiff = scene;
+  stiff.replace(stiff.find("viscosity = 0.004"), 17, "viscosity = 40.0 ");
+  check({stiff,
+         "nonsmooth",
+         {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.01", "run.discard=0.001",
+          "run.output_step=1e-4"},
+         {snapshots::film}});
+}

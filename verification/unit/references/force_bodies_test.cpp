@@ -1,0 +1,273 @@
+// The references for forces on single bodies and for impulses, compared with second derivations
+// that share no equation with them: energy and momentum from positions that are written from the
+// geometry and differentiated numerically, quadrature, and statics by hand. Units are SI
+// throughout.
+#include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <random>
+#include <string>
+
+#include "verification/unit/references/force_derivations.hpp"
+#include "verification/unit/references/reference_checks.hpp"
+#include "verification/references/bearing_load.hpp"
+#include "verification/references/bouncing_ball.hpp"
+#include "verification/references/impulses.hpp"
+#include "verification/references/slider_crank_forces.hpp"
+
+using namespace freeplay::reference;
+using namespace freeplay::reference::derived;
+using freeplay::reference::derived::within;
+
+TEST_CASE(
+    "rotor: bearing load equals the rate of momentum of the centre of mass, "
+    "its angular momentum and its power",
+    "[references][forces]") {
+  Draw draw(4);
+  for (int trial = 0; trial < 60; ++trial) {
+    const Rotor<Long> rotor{draw.between(0.1L, 3), draw.between(-0.5L, 0.5L), draw.between(0, 0.3L)};
+    const Turning<Long> at{draw.between(-3, 3), draw.between(-20, 20),
+                           trial % 2 ? draw.between(-200, 200) : 0};
+    const Vec g = draw.vector(10);
+    const RotorLoad<Long> load = rotor_load(rotor, at, g);
+
+    const Long pace = std::abs(at.speed) + std::sqrt(std::abs(at.acceleration)), h = 0.2L / pace;
+    const auto angle = [&](Long t) { return at.angle + t * (at.speed + t * at.acceleration / 2); };
+    const auto place = [&](Long t) { return rotor.eccentricity * direction(angle(t)); };
+    const auto momentum = [&](Long t) { return rotor.mass * richardson_vector(place, t, h); };
+    const auto spin = [&](Long t) { return rotor.inertia * richardson(angle, t, h); };
+    const auto energy = [&](Long t) {
+      const Vec p = momentum(t);
+      return dot(p, p) / (2 * rotor.mass) + spin(t) * spin(t) / (2 * rotor.inertia) -
+             rotor.mass * dot(g, place(t));
+    };
+    // Angles are scaled like lengths here, l = 1 m above the eccentricity.
+    const Long scale = (rotor.mass + rotor.inertia) * (pace * pace + size(g));
+    within(load.reaction, richardson_vector(momentum, 0, h) - rotor.mass * g, twice * scale, why_twice);
+    const auto angular = [&](Long t) { return cross(place(t), momentum(t)) + spin(t); };
+    within(load.torque, richardson(angular, 0, h) - cross(place(0), rotor.mass * g), 2 * twice * scale,
+           "two terms of two Richardson derivatives");
+    within(load.torque * at.speed, richardson(energy, 0, h), 2 * twice * scale * pace,
+           "two terms of two Richardson derivatives, times the speed");
+  }
+}
+
+TEST_CASE("rotor: bearing load against a derivation by hand", "[references][forces]") {
+  const Long m = 1.7L, a = 0.08L, w = 31, g = 9.81L;
+  const char* const why = "roundings in long double of 150 N";
+  for (Long angle = -3; angle < 7; angle += 0.4L) {
+    const RotorLoad<Long> load = rotor_load<Long>({m, a, 0.01L}, {angle, w, 0}, {0, -g});
+    within(load.reaction, {-m * a * w * w * std::cos(angle), m * g - m * a * w * w * std::sin(angle)}, 1e-16L,
+           why);
+    within(load.torque, m * g * a * std::cos(angle), 1e-17L, why);
+    const RotorLoad<Long> balanced = rotor_load<Long>({m, 0, 0.01L}, {angle, w, 0}, {0, -g});
+    within(balanced.reaction, {0, m * g}, 0, "a balanced rotor only weighs");
+    within(balanced.torque, 0, 0, "and needs no torque");
+  }
+  // A mass on a thread released at the horizontal: ω² = 2 g/a at the bottom, tension three times
+  // the weight.
+  const Long down = -std::acos(0.0L);
+  const RotorLoad<Long> bottom = rotor_load<Long>({m, a, 0}, {down, std::sqrt(2 * g / a), 0}, {0, -g});
+  within(bottom.reaction, {0, 3 * m * g}, 1e-16L, why);
+  // A rod released at the horizontal falls with 3g/(2 l), and a quarter of its weight acts on the
+  // hinge.
+  const Long l = 2 * a;
+  const RotorLoad<Long> rod = rotor_load<Long>({m, a, m * l * l / 12}, {0, 0, -3 * g / (2 * l)}, {0, -g});
+  within(rod.reaction, {0, m * g / 4}, 1e-17L, why);
+  within(rod.torque, 0, 1e-18L, why);
+}
+
+TEST_CASE("weld: load equals the rates of momentum and angular momentum of the welded body, and its power",
+          "[references][forces]") {
+  Draw draw(5);
+  for (int trial = 0; trial < 60; ++trial) {
+    const WeldedBody<Long> body{draw.between(0.1L, 3), draw.between(0.01L, 0.3L), draw.vector(0.3L),
+                                draw.vector(0.3L)};
+    const Turning<Long> at{draw.between(-3, 3), draw.between(-20, 20),
+                           trial % 2 ? draw.between(-200, 200) : 0};
+    const Vec g = draw.vector(10);
+    const JointLoad<Long> load = weld_load(body, at, g);
+
+    const Long pace = std::abs(at.speed) + std::sqrt(std::abs(at.acceleration)), h = 0.2L / pace;
+    const auto angle = [&](Long t) { return at.angle + t * (at.speed + t * at.acceleration / 2); };
+    // By distance and direction from the axis.
+    const auto carried = [&](const Vec& v, Long t) {
+      return size(v) * direction(std::atan2(v.y, v.x) + angle(t));
+    };
+    const auto joint = [&](Long t) { return carried(body.joint, t); };
+    const auto centre = [&](Long t) { return carried(body.joint + body.centre, t); };
+    const auto momentum = [&](Long t) { return body.mass * richardson_vector(centre, t, h); };
+    const auto spin = [&](Long t) { return body.inertia * richardson(angle, t, h); };
+    const auto angular = [&](Long t) { return cross(centre(t), momentum(t)) + spin(t); };
+    const auto energy = [&](Long t) {
+      const Vec p = momentum(t);
+      return dot(p, p) / (2 * body.mass) + spin(t) * spin(t) / (2 * body.inertia) -
+             body.mass * dot(g, centre(t));
+    };
+    const Long scale = (body.mass + body.inertia) * (pace * pace + size(g));
+    const char* const why =
+        "a few terms of two Richardson derivatives; arguments up to 2π, twice the rounding";
+    const Vec force = richardson_vector(momentum, 0, h) - body.mass * g;
+    within(load.force, force, 2 * twice * scale, why);
+    const Long about_axis = richardson(angular, 0, h) - cross(centre(0), body.mass * g);
+    within(load.moment, about_axis - cross(joint(0), force), 4 * twice * scale, why);
+    within(moment_about(load, -joint(0)), about_axis, 4 * twice * scale, why);
+    within(moment_about(load, centre(0) - joint(0)), body.inertia * at.acceleration, 1e-17L * scale,
+           "about the centre of mass the weight is silent: roundings in long double");
+    within(dot(load.force, richardson_vector(joint, 0, h)) + load.moment * at.speed, richardson(energy, 0, h),
+           4 * twice * scale * pace, why);
+  }
+  // A cantilever at rest, and a bar that rotates about one end and is cut in the middle: half of it
+  // at 3l/4.
+  const JointLoad<Long> still = weld_load<Long>({2, 0.1L, {0.3L, 0}, {0.5L, 0}}, {}, {0, -10});
+  within(still.force, {0, 20}, 1e-18L, "the weight");
+  within(still.moment, 10, 1e-18L, "the weight times its arm, holding it up counter-clockwise");
+  const JointLoad<Long> spun = weld_load<Long>({2, 0.1L, {0.5L, 0}, {0.25L, 0}}, {0, 4, 0}, {});
+  within(spun.force, {-2 * 0.75L * 16, 0}, 1e-18L, "m ω² 3l/4 inwards");
+  within(spun.moment, 0, 1e-18L, "in line");
+}
+
+TEST_CASE("guide: load equals the rates of momentum and angular momentum of the sliding body",
+          "[references][forces]") {
+  Draw draw(6);
+  for (int trial = 0; trial < 60; ++trial) {
+    const GuidedBody<Long> body{draw.between(0.1L, 3), draw.between(-3, 3), draw.vector(0.5L),
+                                draw.vector(30), draw.vector(0.5L)};
+    const Vec g = draw.vector(10), start = draw.vector(0.5L), t = direction(body.axis_angle);
+    const Long speed = draw.between(-3, 3);
+    const Long acceleration = trial % 2 ? draw.between(-20, 20) : guided_acceleration(body, g);
+    const GuideLoad<Long> load = guide_load(body, acceleration, g);
+    const auto joint = [&](Long s) { return start + (s * (speed + acceleration * s / 2)) * t; };
+    const auto centre = [&](Long s) { return joint(s) + body.centre; };
+    const auto momentum = [&](Long s) { return body.mass * richardson_vector(centre, s); };
+    const auto angular = [&](Long s) { return cross(centre(s), momentum(s)); };
+    const Long scale = body.mass * (std::abs(acceleration) + std::abs(speed) + size(g) + 1) + size(body.load);
+    const char* const why =
+        "quadratic in time, so no truncation; two derivatives of positions near one, a few terms";
+    const Vec all = load.joint.force + load.drive * t;
+    within(all, richardson_vector(momentum, 0) - body.mass * g - body.load, 2 * twice * scale, why);
+    within(dot(load.joint.force, t), 0, 1e-18L * scale, "without friction");
+    within(
+        cross(joint(0), all) + load.joint.moment,
+        richardson(angular, 0) - cross(centre(0), body.mass * g) - cross(joint(0) + body.load_at, body.load),
+        4 * twice * scale, why);
+    if (trial % 2 == 0) within(load.drive, 0, 1e-17L * scale, "left to itself");
+  }
+}
+
+TEST_CASE("guide: load against a derivation by hand", "[references][forces]") {
+  const Long m = 2, g = 9.81L, slope_angle = 0.4L;
+  const char* const why = "roundings in long double of 20 N";
+  // A block on a slope without friction: N = m g cos β, and no moment about the foot of its centre.
+  const Vec n = quarter_turn(direction(slope_angle));
+  const GuidedBody<Long> block{m, slope_angle, 0.3L * n, {}, {}};
+  within(guided_acceleration(block, {0, -g}), -g * std::sin(slope_angle), 1e-18L, why);
+  const GuideLoad<Long> sliding = guide_load(block, guided_acceleration(block, {0, -g}), {0, -g});
+  within(sliding.joint.force, m * g * std::cos(slope_angle) * n, 1e-17L, why);
+  within(sliding.joint.moment, 0, 1e-17L, why);
+  // Held at rest: D = m g sin β, and the moment that prevents it from tilting.
+  const GuideLoad<Long> held = guide_load(block, 0.0L, {0, -g});
+  within(held.drive, m * g * std::sin(slope_angle), 1e-17L, why);
+  within(held.joint.moment, -0.3L * m * g * std::sin(slope_angle), 1e-17L, why);
+  // Level guide, arm to the right, 5 N downwards at its end: the moment on it is counter-clockwise.
+  const GuideLoad<Long> arm = guide_load<Long>({m, 0, {0.1L, 0}, {0, -5}, {0.7L, 0.2L}}, 0, {0, -g});
+  within(arm.joint.force, {0, m * g + 5}, 1e-17L, why);
+  within(arm.joint.moment, 0.1L * m * g + 0.7L * 5, 1e-17L, why);
+  // A mast accelerated to the right needs a clockwise moment.
+  const GuideLoad<Long> mast = guide_load<Long>({m, 0, {0, 0.5L}, {}, {}}, 3, {});
+  within(mast.joint.moment, -0.5L * m * 3, 1e-18L, why);
+  within(mast.drive, m * 3, 1e-18L, why);
+}
+
+// ------------------------------------------------------------ impulses
+
+TEST_CASE("dropped ball: the impulse equals the change of momentum between two instants of rest",
+          "[references][impulses]") {
+  for (const double e : {0.0, 0.46, 0.9, 1.0}) {
+    const double m = 0.3, h = 1.7, g = 9.81;
+    const BouncingBall ball{h, g, e};
+    const double p = drop_impulse(m, h, e, g);
+    const BallImpact first = ball_impact(ball, 1);
+    within(p, m * g * (first.t + first.rebound / g), 1e-14,
+           "the weight's impulse from release to the next top");
+    within(p, m * (first.approach + first.rebound), 1e-14, rounding);
+    if (e < 1) {
+      double sum = 0, drop = h;
+      for (int k = 0; k < 400; ++k, drop *= e * e) sum += drop_impulse(m, drop, e, g);
+      within(sum, m * g * ball_accumulation_time(ball), 1e-12, "0.9⁴⁰⁰ left out, four hundred roundings");
+    }
+  }
+}
+
+TEST_CASE("dropped ball: in a lasting contact the impulse includes that of the weight",
+          "[references][impulses]") {
+  // Linear spring: δ = (g/w²)(1 − cos w t) + (v/w) sin w t, free again at w T = 2 (π − atan(v
+  // w/g)).
+  const Long m = 0.3L, k = 2e3L, g = 9.81L, h = 0.2L, w = std::sqrt(k / m), v = std::sqrt(2 * g * h);
+  const Long duration = 2 * (std::acos(-1.0L) - std::atan(v * w / g)) / w;
+  const auto force = [&](Long t) {
+    return k * (g / (w * w) * (1 - std::cos(w * t)) + v / w * std::sin(w * t));
+  };
+  within(force(duration), 0, 1e-16L, "roundings in long double of 50 N");
+  const Long impulse = boost::math::quadrature::gauss<Long, 30>::integrate(force, 0.0L, duration);
+  within(impulse, drop_impulse(m, h, 1.0L, g) + m * g * duration, 1e-17L,
+         "Gauss of order 60 on half a wave is exact to rounding; a few dozen roundings");
+}
+
+TEST_CASE("low-pass filter: Butterworth gain, and conservation of the impulse", "[references][impulses]") {
+  const Long f = 3e3L, impulse = 0.7L, w = 2 * std::acos(-1.0L) * f;
+  const char* const why =
+      "Gauss of order 60 on panels of 2/ω_c is exact to rounding, e^{−220 sin(π/16)} = 2e-19 left out; modes "
+      "add "
+      "up to some tens, over five time constants: 1e-17, tenfold";
+  using Gauss = boost::math::quadrature::gauss<Long, 30>;
+  for (int order = 1; order <= 8; ++order) {
+    INFO("order " << order);
+    const auto y = [&](Long t) { return low_pass_response(order, f, impulse, t); };
+    for (const Long ratio : {0.0L, 0.5L, 1.0L, 2.0L}) {
+      Long re = 0, im = 0;
+      for (int panel = 0; panel < 110; ++panel) {
+        const Long from = 2 * panel / w, to = 2 * (panel + 1) / w;
+        re += Gauss::integrate([&](Long t) { return y(t) * std::cos(ratio * w * t); }, from, to);
+        im -= Gauss::integrate([&](Long t) { return y(t) * std::sin(ratio * w * t); }, from, to);
+      }
+      within(std::hypot(re, im) / impulse, 1 / std::sqrt(1 + std::pow(ratio, 2.0L * order)), 1e-16L, why);
+      if (ratio == 0) within(re, impulse, 1e-16L, why);
+    }
+    within(low_pass_integral(order, f, impulse, 0.0L), 0, 1e-16L, "starts from nothing");
+    within(low_pass_integral(order, f, impulse, 220 / w), impulse, 1e-16L, "ends with the impulse");
+    const Long middle = 1.7L / w;
+    within(low_pass_integral(order, f, impulse, middle), Gauss::integrate(y, 0.0L, middle), 1e-16L, why);
+  }
+  CHECK_THROWS(low_pass_modes(0, f));
+}
+
+TEST_CASE("low-pass filter of order 2: differential equation, start, peak and modes of the impulse response",
+          "[references][impulses]") {
+  const Long f = 3e3L, impulse = 0.7L, pi_long = std::acos(-1.0L), w = 2 * pi_long * f, h = 0.2L / w;
+  const auto y = [&](Long t) { return low_pass2_response(f, impulse, t); };
+  const auto rate = [&](Long t) { return richardson(y, t, h); };
+  const Long scale = impulse * w;
+  for (Long a = 0.5L; a < 9; a += 0.37L) {
+    const Long t = a / w;
+    within(richardson(rate, t, h) + std::sqrt(2.0L) * w * rate(t) + w * w * y(t), 0,
+           2 * twice * scale * w * w, "two Richardson derivatives, three terms");
+    within(richardson([&](Long s) { return low_pass2_integral(f, impulse, s); }, t, h), y(t), once * scale,
+           why_once);
+    within(y(t), low_pass_response(2, f, impulse, t), 1e-17L * scale, "roundings in long double");
+    within(low_pass2_integral(f, impulse, t), low_pass_integral(2, f, impulse, t), 1e-17L,
+           "roundings in long double");
+  }
+  // The δ impulse of the input gives the initial values ẏ = ω_c² P and y = 0.
+  const Long early = 1e-6L / w;
+  within(y(early) / early, w * w * impulse, 1e-6L * w * w * impulse, "next term −ω_c t/√2 of it, 0.71e-6");
+  const Long top = pi_long / 4 * std::sqrt(2.0L) / w;
+  within(y(top), scale * std::exp(-pi_long / 4), 1e-18L * scale,
+         "the peak's value; roundings in long double");
+  within(rate(top), 0, once * scale * w, why_once);
+  within(y(pi_long * std::sqrt(2.0L) / w), 0, 1e-18L * scale, "first zero; roundings in long double");
+  CHECK(y(-1e-9L) == 0);
+  CHECK(low_pass2_integral(f, impulse, -1e-9L) == 0);
+}

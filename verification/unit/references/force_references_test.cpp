@@ -1,0 +1,281 @@
+// The references for forces and impulses, compared with second derivations that share no equation
+// with them: energy and momentum from positions that are written from the geometry and
+// differentiated numerically, quadrature, and statics by hand. Units are SI throughout.
+#include <algorithm>
+#include <boost/math/quadrature/gauss.hpp>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <random>
+#include <string>
+
+#include "verification/unit/references/force_derivations.hpp"
+#include "verification/unit/references/reference_checks.hpp"
+#include "verification/references/bearing_load.hpp"
+#include "verification/references/bouncing_ball.hpp"
+#include "verification/references/impulses.hpp"
+#include "verification/references/slider_crank_forces.hpp"
+
+using namespace freeplay::reference;
+using namespace freeplay::reference::derived;
+using freeplay::reference::derived::within;
+
+namespace {
+
+/// Positions of the slider-crank's centres as functions of the crank angle, and quantities derived
+/// from them alone.
+struct Positions {
+  const LoadedSliderCrank<Long>& s;
+
+  Long rod_angle(Long phi) const { return -std::asin(s.crank_length / s.rod_length * std::sin(phi)); }
+  Vec gudgeon(Long phi) const {
+    const Long y = s.crank_length * std::sin(phi);
+    return {s.crank_length * std::cos(phi) + std::sqrt(s.rod_length * s.rod_length - y * y), 0};
+  }
+  Vec crank(Long phi) const { return s.crank_centre * direction(phi); }
+  /// On the straight line between the pins.
+  Vec rod(Long phi) const {
+    const Vec from = s.crank_length * direction(phi);
+    return from + (s.rod_centre / s.rod_length) * (gudgeon(phi) - from);
+  }
+  Vec slider(Long phi) const { return gudgeon(phi) + s.slider_centre; }
+
+  struct Momentum {
+    Vec linear;
+    Long angular;  // about the origin
+  };
+  template <class Place>
+  Momentum momentum(Long mass, const Place& place, Long spin, Long phi) const {
+    const Vec p = (mass * s.speed) * richardson_vector(place, phi);
+    return {p, cross(place(phi), p) + spin};
+  }
+  Momentum of_crank(Long phi) const {
+    return momentum(
+        s.crank_mass, [&](Long a) { return crank(a); }, s.crank_inertia * s.speed, phi);
+  }
+  Momentum of_rod(Long phi) const {
+    const Long rate = s.speed * richardson([&](Long a) { return rod_angle(a); }, phi);
+    return momentum(
+        s.rod_mass, [&](Long a) { return rod(a); }, s.rod_inertia * rate, phi);
+  }
+  Momentum of_slider(Long phi) const {
+    return momentum(
+        s.slider_mass, [&](Long a) { return slider(a); }, 0, phi);
+  }
+  template <class Part>
+  Momentum rate(const Part& part, Long phi) const {
+    return {s.speed * richardson_vector([&](Long a) { return part(a).linear; }, phi),
+            s.speed * richardson([&](Long a) { return part(a).angular; }, phi)};
+  }
+
+  /// Kinetic energy and potential of gravity and load.
+  Long energy(Long phi) const {
+    const auto square = [](const Vec& v) { return dot(v, v); };
+    const Long w2 = s.speed * s.speed;
+    const Long spin = richardson([&](Long a) { return rod_angle(a); }, phi);
+    const Long kinetic = s.crank_mass * square(richardson_vector([&](Long a) { return crank(a); }, phi)) +
+                         s.crank_inertia +
+                         s.rod_mass * square(richardson_vector([&](Long a) { return rod(a); }, phi)) +
+                         s.rod_inertia * spin * spin +
+                         s.slider_mass * square(richardson_vector([&](Long a) { return slider(a); }, phi));
+    return w2 * kinetic / 2 -
+           dot(s.gravity, s.crank_mass * crank(phi) + s.rod_mass * rod(phi) + s.slider_mass * slider(phi)) -
+           dot(s.load, slider(phi));
+  }
+
+  /// τ ω = Ė, divided by ω, is dE/dφ; reactions from the momentum of parts and of the whole.
+  SliderCrankForces<Long> forces(Long phi) const {
+    SliderCrankForces<Long> f;
+    f.torque = richardson([&](Long a) { return energy(a); }, phi);
+    const Momentum c = rate([&](Long a) { return of_crank(a); }, phi);
+    const Momentum r = rate([&](Long a) { return of_rod(a); }, phi);
+    const Momentum t = rate([&](Long a) { return of_slider(a); }, phi);
+    const Vec given_c = s.crank_mass * s.gravity, given_r = s.rod_mass * s.gravity,
+              given_t = s.slider_mass * s.gravity + s.load;
+    // rod and guide together, both through the gudgeon pin
+    const Vec at_slider = t.linear - given_t;
+    f.guide.moment = t.angular - cross(slider(phi), given_t) - cross(gudgeon(phi), at_slider);
+    const Long given = cross(crank(phi), given_c) + cross(rod(phi), given_r) + cross(slider(phi), given_t);
+    const Long n = (c.angular + r.angular + t.angular - f.torque - f.guide.moment - given) / gudgeon(phi).x;
+    f.guide.force = {0, n};
+    f.rod_on_slider = at_slider - f.guide.force;
+    f.crank_on_rod = r.linear - given_r + at_slider - f.guide.force;
+    f.ground_on_crank = c.linear - given_c + f.crank_on_rod;
+    return f;
+  }
+};
+
+LoadedSliderCrank<Long> drawn(Draw& draw) {
+  LoadedSliderCrank<Long> s;
+  s.rod_length = draw.between(0.1L, 1);
+  s.crank_length = draw.between(0.1L, 0.6L) * s.rod_length;
+  s.crank_mass = draw.between(0.1L, 2);
+  s.crank_centre = draw.between(-1, 1) * s.crank_length;
+  s.crank_inertia = draw.between(0, 1) * s.crank_mass * s.crank_length * s.crank_length;
+  s.rod_mass = draw.between(0.1L, 2);
+  s.rod_centre = draw.between(0, 1) * s.rod_length;
+  s.rod_inertia = draw.between(0.05L, 0.3L) * s.rod_mass * s.rod_length * s.rod_length;
+  s.slider_mass = draw.between(0.1L, 2);
+  s.slider_centre = draw.vector(0.2L * s.rod_length);
+  s.gravity = draw.vector(10);
+  s.load = draw.vector(50);
+  s.speed = draw.between(-30, 30);
+  return s;
+}
+
+/// Scale of mass × acceleration of the forces in a slider-crank.
+Long force_scale(const LoadedSliderCrank<Long>& s) {
+  return (s.crank_mass + s.rod_mass + s.slider_mass) * (s.rod_length * s.speed * s.speed + size(s.gravity)) +
+         size(s.load);
+}
+
+template <class Real>
+LoadedSliderCrank<Real> rounded(const LoadedSliderCrank<Long>& s) {
+  const auto r = [](Long x) { return static_cast<Real>(x); };
+  const auto v = [](const Vec& x) { return Planar<Real>{static_cast<Real>(x.x), static_cast<Real>(x.y)}; };
+  return {r(s.crank_length), r(s.rod_length), r(s.crank_mass),  r(s.crank_centre), r(s.crank_inertia),
+          r(s.rod_mass),     r(s.rod_centre), r(s.rod_inertia), r(s.slider_mass),  v(s.slider_centre),
+          v(s.gravity),      v(s.load),       r(s.speed)};
+}
+
+Vec widened(const Planar<double>& v) { return {v.x, v.y}; }
+
+}  // namespace
+
+// ------------------------------------------------------------ slider-crank
+
+TEST_CASE("slider-crank forces: balances of energy and momentum from numerically differentiated positions",
+          "[references][forces]") {
+  Draw draw(1);
+  for (int trial = 0; trial < 40; ++trial) {
+    LoadedSliderCrank<Long> s = drawn(draw);
+    if (trial % 10 == 9) s.speed = 0;  // statics
+    const Positions second{s};
+    const Long scale = force_scale(s), l = s.rod_length, w = s.speed;
+    for (int i = 0; i < 8; ++i) {
+      const Long phi = draw.between(-3, 3);
+      INFO("trial " << trial << ", angle " << phi);
+      const SliderCrankForces<Long> f = slider_crank_forces(s, phi), g = second.forces(phi);
+      const auto angle = [&](Long a) { return second.rod_angle(a); };
+      const auto place = [&](Long a) { return second.gudgeon(a).x; };
+      const auto derivative = [](const auto& of) { return [of](Long a) { return richardson(of, a); }; };
+      within(f.motion.rod_angle, angle(phi), 1e-18L, "rounding");
+      within(f.motion.x, place(phi), 1e-18L, "rounding");
+      within(f.motion.rod_rate, w * richardson(angle, phi), once * std::abs(w), why_once);
+      within(f.motion.velocity, w * richardson(place, phi), once * l * std::abs(w), why_once);
+      within(f.motion.rod_acceleration, w * w * richardson(derivative(angle), phi), twice * w * w, why_twice);
+      within(f.motion.acceleration, w * w * richardson(derivative(place), phi), twice * l * w * w, why_twice);
+      within(f.torque, g.torque, twice * scale * l, why_twice);
+      within(f.rod_on_slider.x, g.rod_on_slider.x, twice * scale, why_twice);
+      within(f.guide.moment, g.guide.moment, combined * scale * l, why_combined);
+      within(f.guide.force, g.guide.force, combined * scale, why_combined);
+      within(f.rod_on_slider, g.rod_on_slider, combined * scale, why_combined);
+      within(f.crank_on_rod, g.crank_on_rod, combined * scale, why_combined);
+      within(f.ground_on_crank, g.ground_on_crank, combined * scale, why_combined);
+    }
+  }
+}
+
+TEST_CASE("slider-crank forces: double and long double agree", "[references][forces]") {
+  Draw draw(2);
+  const char* why = "dozens of roundings in double of terms up to the scale over cos θ ≥ 0.8";
+  for (int trial = 0; trial < 200; ++trial) {
+    // Both from the same double values.
+    const LoadedSliderCrank<double> s = rounded<double>(drawn(draw));
+    LoadedSliderCrank<Long> fine;
+    fine.crank_length = s.crank_length, fine.rod_length = s.rod_length;
+    fine.crank_mass = s.crank_mass, fine.crank_centre = s.crank_centre, fine.crank_inertia = s.crank_inertia;
+    fine.rod_mass = s.rod_mass, fine.rod_centre = s.rod_centre, fine.rod_inertia = s.rod_inertia;
+    fine.slider_mass = s.slider_mass, fine.slider_centre = widened(s.slider_centre);
+    fine.gravity = widened(s.gravity), fine.load = widened(s.load), fine.speed = s.speed;
+    const double phi = static_cast<double>(draw.between(-3, 3));
+    const SliderCrankForces<double> a = slider_crank_forces(s, phi);
+    const SliderCrankForces<Long> b = slider_crank_forces(fine, Long(phi));
+    const Long bound = 1e-14L * force_scale(fine);
+    within(widened(a.crank_on_rod), b.crank_on_rod, bound, why);
+    within(widened(a.rod_on_slider), b.rod_on_slider, bound, why);
+    within(widened(a.guide.force), b.guide.force, bound, why);
+    within(widened(a.ground_on_crank), b.ground_on_crank, bound, why);
+    within(a.guide.moment, b.guide.moment, bound * fine.rod_length, why);
+    within(a.torque, b.torque, bound * fine.rod_length, why);
+  }
+}
+
+TEST_CASE("slider-crank forces: dead centres, statics and the crank alone against a derivation by hand",
+          "[references][forces]") {
+  const Long r = 0.05L, l = 0.3L, a = 0.02L, b = 0.12L, mc = 0.4L, m = 1.13L, J = 0.0153L, M = 1.013L,
+             g = 9.81L;
+  const char* const why = "roundings in long double of forces up to 100 N";
+  LoadedSliderCrank<Long> s{r, l, mc, a, 0.001L, m, b, J, M, {}, {0, -g}, {}, 0};
+
+  // At rest in top dead centre the rod is a beam on two supports, and the shaft carries the crank
+  // and the near end.
+  SliderCrankForces<Long> f = slider_crank_forces(s, 0.0L);
+  within(f.crank_on_rod, {0, m * g * (l - b) / l}, 1e-17L, why);
+  within(f.rod_on_slider, {0, -m * g * b / l}, 1e-17L, why);
+  within(f.guide.force, {0, M * g + m * g * b / l}, 1e-17L, why);
+  within(f.ground_on_crank, {0, mc * g + m * g * (l - b) / l}, 1e-17L, why);
+  within(f.torque, r * m * g * (l - b) / l + a * mc * g, 1e-17L, why);
+
+  // A force on the slider towards the shaft (gas) acts on the rod, the crank and the ground; the
+  // drive has to hold it: with massless parts τ = −P_x dx/dφ, here at φ = π/2 where dx/dφ = −r, so
+  // τ = r P_x < 0, and the inclined rod presses the slider against the guide's side y < 0, which
+  // pushes upwards.
+  s = {r, l, 0, 0, 0, 0, 0, 0, 0, {}, {}, {-80, 0}, 0};
+  const Long quarter = std::acos(0.0L), slope_of_rod = r / std::sqrt(l * l - r * r);
+  f = slider_crank_forces(s, quarter);
+  within(f.rod_on_slider, {80, -80 * slope_of_rod}, 1e-16L, why);
+  within(f.crank_on_rod, f.rod_on_slider, 1e-16L, "a massless rod passes its force on");
+  within(f.ground_on_crank, f.rod_on_slider, 1e-16L, "and so does a massless crank");
+  within(f.guide.force, {0, 80 * slope_of_rod}, 1e-16L, why);
+  within(f.torque, -80 * r, 1e-17L, why);
+
+  // Rotating, without gravity: at the dead centres the slider has the acceleration −r ω²
+  // (±1 + r/l), the rod's centre the value interpolated between the pins, and transversal forces
+  // only rotate the rod, θ̈ = 0.
+  const Long w = 20;
+  s = {r, l, mc, a, 0.001L, m, b, J, M, {}, {}, {}, w};
+  for (const Long side : {1.0L, -1.0L}) {
+    f = slider_crank_forces(s, side > 0 ? 0.0L : 2 * quarter);
+    const Long end = -r * w * w * (side + r / l), middle = -side * r * w * w * (1 - b / l) + end * b / l;
+    within(f.rod_on_slider, {M * end, 0}, 1e-16L, why);
+    within(f.crank_on_rod, {M * end + m * middle, 0}, 1e-16L, why);
+    within(f.ground_on_crank, {M * end + m * middle - side * mc * a * w * w, 0}, 1e-16L, why);
+    within(f.torque, 0, 1e-17L, why);
+  }
+
+  // Crank alone: the rotor of bearing_load.hpp.
+  s = {r, l, mc, a, 0.001L, 0, 0, 0, 0, {}, {1.2L, -g}, {}, w};
+  for (Long phi = -3; phi < 3; phi += 0.7L) {
+    f = slider_crank_forces(s, phi);
+    const RotorLoad<Long> alone = rotor_load<Long>({mc, a, 0.001L}, {phi, w, 0}, s.gravity);
+    within(f.ground_on_crank, alone.reaction, 1e-17L, why);
+    within(f.torque, alone.torque, 1e-18L, why);
+    within(f.crank_on_rod, {0, 0}, 0, "nothing to move");
+  }
+  CHECK_THROWS(slider_crank_forces(LoadedSliderCrank<Long>{0.3L, 0.3L}, 0.0L));
+}
+
+TEST_CASE("slider-crank forces: means over a revolution", "[references][forces]") {
+  Draw draw(3);
+  const Long pi_long = std::acos(-1.0L);
+  for (int trial = 0; trial < 10; ++trial) {
+    const LoadedSliderCrank<Long> s = drawn(draw);
+    const int count = 240;
+    Vec outside;
+    Long torque = 0;
+    for (int i = 0; i < count; ++i) {
+      const SliderCrankForces<Long> f = slider_crank_forces(s, 2 * pi_long * i / count);
+      outside = outside + f.ground_on_crank + f.guide.force;
+      torque += f.torque;
+    }
+    const Long scale = force_scale(s);
+    const Vec given = (s.crank_mass + s.rod_mass + s.slider_mass) * s.gravity + s.load;
+    const char* const why =
+        "the rule's error e^{−240·1.1} is nothing; 240 roundings of terms up to the scale, 1e-17 of it";
+    within((1.0L / count) * outside, -given, 1e-17L * scale, why);
+    within(torque / count, 0, 1e-17L * scale * s.rod_length, why);
+  }
+}
+
+// ------------------------------------------------------------ bearing loads

@@ -1,0 +1,285 @@
+// Derivatives of time stepping: first order in the step, against closed forms and event-driven
+// derivatives.
+//
+// The instant of an impact lies anywhere within its step, so that the error of one run is a
+// sawtooth of the step. The order is that of the root mean square over steps of slightly different
+// length. That of N runs has a standard error of about 1/√(2N): 0.16 in log₂ for N = 20, hence 0.07
+// in the order over four levels.
+#include "analysis/sensitivity.hpp"
+#include "verification/references/sensitivity.hpp"
+#include "verification/support/rig.hpp"
+#include "verification/unit/variation/varied_scenes.hpp"
+
+using namespace freeplay;
+using namespace freeplay::test::varied;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr int levels = 4;
+
+struct Convergence {
+  std::vector<double> errors;  ///< relative, of each level
+  int compared = 0, refused = 0;
+  std::string reason;  ///< of one refusal
+  double order() const { return order_of(errors); }
+  static double order_of(const std::vector<double>& errors) {
+    std::vector<double> steps;
+    for (int i = 0; i < levels; ++i) steps.push_back(std::pow(0.5, i));
+    return test::observed_order(steps, errors);
+  }
+  std::string text() const {
+    std::string list;
+    for (const double e : errors) list += fmt::format(" {:.2g}", e);
+    return fmt::format("order {:.2f}, errors{}, {} compared, {} refused {}", order(), list, compared, refused,
+                       reason);
+  }
+};
+
+Sensitivities by_steps(const RandomCase& c, double step) {
+  return sensitivities(
+      parse_scene(c.text, "steps",
+                  {"nonsmooth.scheme=moreau-jean", fmt::format("nonsmooth.step={:.17g}", step)}),
+      {.of = c.quantities, .to = c.keys, .errors = false});
+}
+
+Sensitivities by_events(const RandomCase& c) {
+  return sensitivities(parse_scene(c.text, "events", {"nonsmooth.scheme=event-driven"}),
+                       {.of = c.quantities, .to = c.keys, .errors = false});
+}
+
+/// Relative errors of all derivatives for steps from `coarsest` on. Derivatives that one of the
+/// runs refuses do not take part, nor those that vanish.
+Convergence converge(const RandomCase& c, double coarsest, int phases,
+                     const std::function<double(std::size_t quantity, std::size_t key)>& expected) {
+  std::vector<std::vector<Sensitivities>> runs(levels);
+  for (int level = 0; level < levels; ++level)
+    for (int i = 0; i < phases; ++i)
+      runs[static_cast<std::size_t>(level)].push_back(
+          by_steps(c, coarsest * std::pow(0.5, level) * (1 + 0.4 * (i + 0.5) / phases)));
+  Convergence found;
+  found.errors.assign(levels, 0);
+  for (std::size_t q = 0; q < c.quantities.size(); ++q)
+    for (std::size_t k = 0; k < c.keys.size(); ++k) {
+      const double exact = expected(q, k);
+      const auto& first = runs.back().front();
+      if (!(std::abs(exact) > 1e-6 * std::abs(first.quantities[q].value / first.key_values[k]))) continue;
+      std::vector<double> squares;
+      bool known = true;
+      for (const auto& level : runs) {
+        double sum = 0;
+        for (const auto& run : level) {
+          const double error = run.quantities[q].derivatives[k] / exact - 1;
+          if (!std::isfinite(error)) {
+            known = false;
+            found.reason = c.quantities[q] + " by " + c.keys[k] + ": " + run.quantities[q].reasons[k];
+          }
+          sum += error * error;
+        }
+        squares.push_back(sum / phases);
+      }
+      ++(known ? found.compared : found.refused);
+      for (std::size_t i = 0; known && i < squares.size(); ++i) found.errors[i] += squares[i];
+    }
+  for (double& e : found.errors) e = std::sqrt(e / std::max(1, found.compared));
+  return found;
+}
+
+Convergence converge(const RandomCase& c, double coarsest, int phases) {
+  const auto events = by_events(c);
+  return converge(c, coarsest, phases,
+                  [&](std::size_t q, std::size_t k) { return events.quantities[q].derivatives[k]; });
+}
+
+RandomCase dropped_ball(double duration, std::vector<std::string> of, std::vector<std::string> to) {
+  return {"gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
+              test::plane("table", "ground", "ball", 0.05, "hard") + test::surface("hard", 0.5) +
+              test::run_for(duration, "start = \"given\"\n"),
+          std::move(of), std::move(to)};
+}
+
+}  // namespace
+
+// First order: between 0.8 and 1.3.
+TEST_CASE("derivatives of a stepped bouncing ball are of first order", "[sensitivity]") {
+  const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
+  const auto c = dropped_ball(0.85, {"event.2.t", "event.3.t", "event.3.v_n_minus"},
+                              {"surfaces.hard.restitution", "initial.ball.y", "gravity[1]"});
+  const auto exact = [&](std::size_t q, std::size_t k) {
+    const int n = q == 0 ? 2 : 3;
+    if (q < 2)
+      return static_cast<double>(k == 0   ? b.time_by_restitution(n)
+                                 : k == 1 ? b.time_by_height(n)
+                                          : -b.time_by_gravity(n));
+    return static_cast<double>(k == 0   ? -b.speed_by_restitution(n)
+                               : k == 1 ? -b.speed(n) / (2 * b.height)
+                                        : b.speed(n) / (2 * b.gravity));
+  };
+  const auto found = converge(c, 2e-3, 20, exact);
+  WARN(found.text());
+  CHECK(found.compared == 9);
+  CHECK(found.order() > 0.8);
+  CHECK(found.order() < 1.3);
+  // Until the first impact the flight is a parabola, which the midpoint rule integrates exactly.
+  const auto first = by_steps(dropped_ball(0.5, {"event.1.t"}, {"initial.ball.y"}), 1e-3);
+  CHECK(first.quantities[0].derivatives[0] ==
+        Approx(static_cast<double>(b.time_by_height(1))).epsilon(1e-11));
+  // The derivative of the discrete map is 1 or −e here.
+  const auto once = by_steps(dropped_ball(0.5, {"end.ball.y"}, {"initial.ball.y"}), 1e-4);
+  CHECK(once.quantities[0].derivatives[0] ==
+        Approx(static_cast<double>(b.end_by_height(0.5L))).epsilon(3e-3));
+}
+
+TEST_CASE("derivatives of stepped motions with friction and a pivot are of first order", "[sensitivity]") {
+  const auto check = [](const char* name, const RandomCase& c, double coarsest, int least,
+                        bool exact = false) {
+    const auto found = converge(c, coarsest, 20);
+    WARN(name << ": " << found.text());
+    CHECK(found.compared >= least);
+    if (exact) {
+      CHECK(found.errors[0] < 1e-10);
+      return;
+    }
+    CHECK(found.order() > 0.8);
+    CHECK(found.order() < 1.3);
+  };
+  const auto incline = [](double restitution, double duration) {
+    return "gravity = [6, -8]\n" + test::body("disc", 0.3, 3e-4, "position = [0, 0.55]\n") +
+           test::plane("plane", "ground", "disc", 0.05, "hard") + test::surface("hard", restitution, 0.1) +
+           test::run_for(duration, "start = \"given\"\n");
+  };
+  const std::vector<std::string> keys{"surfaces.hard.friction", "surfaces.hard.restitution", "initial.disc.y",
+                                      "gravity[0]", "gravity[1]"};
+  check("disc on an incline",
+        {incline(0.8, 1.5),
+         {"event.2.t", "end.disc.x", "end.disc.vx", "end.disc.y", "energy.dissipated_by_friction"},
+         keys},
+        2e-3, 15);
+  const double lean = 60 * std::acos(-1.0) / 180;
+  check("pendulum against a wall",
+        {"gravity = [0, -9.81]\n" +
+             test::body("bar", 0.8, 0.01,
+                        fmt::format("position = [{:.17g}, {:.17g}]\nangle = {:.17g}\n", 0.25 * std::sin(lean),
+                                    -0.25 * std::cos(lean), lean)) +
+             test::pin("pivot", "ground", "bar", {0, 0}, {0, 0.25}) +
+             "[contacts.wall]\ntype = \"angle-stop\"\njoint = \"pivot\"\nlower = 0.1\n"
+             "radius = 0.25\nsurface = \"hard\"\n" +
+             test::surface("hard", 0.6) + test::run_for(1.2, "start = \"given\"\n"),
+         {"event.1.t", "event.2.t", "event.2.v_n_minus", "end.bar.theta", "end.bar.omega"},
+         {"surfaces.hard.restitution", "initial.bar.theta", "gravity[1]", "contacts.wall.lower"}},
+        2e-3, 15);
+  check(
+      "block that slides up a slope and sticks",
+      {"gravity = [-3, -9]\n" + test::body("block", 2, 0.01, "position = [0, 0.05]\nvelocity = [1.5, 0]\n") +
+           test::plane("rear", "ground", "block", 0, "wood", "at = [[0, 0], [-0.1, -0.05]]\n") +
+           test::plane("front", "ground", "block", 0, "wood", "at = [[0, 0], [0.1, -0.05]]\n") +
+           test::surface("wood", 0.3, 0.5) + test::run_for(0.5, "start = \"given\"\n"),
+       {"end.block.x"},
+       {"initial.block.vx", "surfaces.wood.friction", "gravity[0]"}},
+      1e-2, 3, true);  // parabolas: the instant of the end of sliding is then exact
+}
+
+TEST_CASE("the work of a belt on a sliding disc is differentiated through its end of sliding",
+          "[sensitivity]") {
+  // A disc at rest slides on a belt of speed V until it rolls: W = V²/(1/m + r²/I), for any
+  // friction. The power of the belt jumps at the end of sliding.
+  const double m = 2, inertia = 0.01, r = 0.05, V = 3, mobility = 1 / m + r * r / inertia;
+  const auto s = sensitivities(
+      parse_scene(
+          "gravity = [0, -9.81]\n" + test::body("belt", 5, 1, "velocity = [3, 0]\n") +
+              test::body("disc", m, inertia, "position = [0, 0.05]\n") +
+              test::guide("guide", "ground", "belt") + test::plane("belt", "belt", "disc", 0.05) +
+              test::surface("s", 0, 0.3) +
+              "[drives.m]\njoint = \"guide\"\nvelocity = \"v\"\n[curves.v]\nvalue = 3\n" +
+              test::run_for(1, "start = \"given\"\n[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 2e-4\n"),
+          "belt"),
+      {.of = {"energy.work_of_drives"},
+       .to = {"bodies.disc.mass", "bodies.disc.inertia", "surfaces.s.friction"},
+       .errors = false});
+  const auto& q = s.quantities[0];
+  CHECK(q.value == Approx(V * V / mobility).epsilon(1e-3));
+  // First order: the sliding lasts for some 1000 steps.
+  CHECK(q.derivatives[0] == Approx(std::pow(V / (m * mobility), 2)).epsilon(5e-3));
+  CHECK(q.derivatives[1] == Approx(std::pow(V * r / (inertia * mobility), 2)).epsilon(5e-3));
+  CHECK(std::abs(q.derivatives[2]) < 5e-3 * q.value / 0.3);
+}
+
+TEST_CASE("errors of stepped derivatives bound the true ones", "[sensitivity]") {
+  const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
+  const auto c =
+      dropped_ball(0.85, {"event.2.t", "event.3.t"}, {"surfaces.hard.restitution", "initial.ball.y"});
+  int beyond = 0, all = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto s = sensitivities(parse_scene(c.text, "steps",
+                                             {"nonsmooth.scheme=moreau-jean",
+                                              fmt::format("nonsmooth.step={:.17g}", 1e-3 * (1 + 0.02 * i))}),
+                                 {.of = c.quantities, .to = c.keys});
+    for (std::size_t q = 0; q < 2; ++q)
+      for (std::size_t k = 0; k < 2; ++k) {
+        const int n = static_cast<int>(q) + 2;
+        const double exact = static_cast<double>(k == 0 ? b.time_by_restitution(n) : b.time_by_height(n));
+        if (!std::isfinite(s.quantities[q].derivatives[k])) continue;
+        ++all;
+        beyond += !(std::abs(s.quantities[q].derivatives[k] - exact) <= s.quantities[q].errors[k]);
+      }
+  }
+  CAPTURE(beyond, all);
+  CHECK(all > 60);
+  CHECK(beyond <= 0.05 * all);
+}
+
+// The geometric mean of the errors of the scenes, since few runs of each are made.
+TEST_CASE("derivatives of random stepped scenes are of first order", "[sensitivity]") {
+  int compared = 0, scenes = 0;
+  std::vector<double> means(levels, 1);
+  for (int i = 0; i < 12; ++i) {
+    Draw r(20261126, i);
+    const auto c = random_case(i, r);
+    const auto found = converge(c, parse_scene(c.text, "random").run.duration / 300, 4);
+    UNSCOPED_INFO(i << ": " << found.text());
+    compared += found.compared;
+    if (found.compared == 0) continue;
+    ++scenes;
+    // A derivative with an error that does not vanish would keep the error of its scene. Steps
+    // shrink to an eighth; four runs of each leave a factor of two.
+    CHECK(found.errors.back() < 0.5 * found.errors.front());
+    for (std::size_t k = 0; k < means.size(); ++k) means[k] *= found.errors[k];
+  }
+  for (double& mean : means) mean = std::pow(mean, 1.0 / scenes);
+  const double order = Convergence::order_of(means);
+  WARN(fmt::format("order {:.2f}, errors {:.2g} to {:.2g}, {} derivatives of {} scenes", order, means.front(),
+                   means.back(), compared, scenes));
+  CHECK(order > 0.8);
+  CHECK(order < 1.3);
+  CHECK(scenes >= 8);
+  CHECK(compared > 300);
+}
+
+TEST_CASE("impacts that steps do not resolve are refused with the reason", "[sensitivity]") {
+  // Two impacts that act on each other within one step: a disc between two walls, nearly at once.
+  const std::string cradle = test::body("one", 1, 0.004, "position = [-0.2501, 0]\nvelocity = [1, 0]\n") +
+                             test::body("two", 1, 0.004, "position = [0, 0]\n") +
+                             test::body("three", 1, 0.004, "position = [0.2501, 0]\nvelocity = [-1, 0]\n") +
+                             test::discs("left", "one", "two", 0.1, 0.1) +
+                             test::discs("right", "two", "three", 0.1, 0.1) + test::surface("s", 0.9) +
+                             test::run_for(0.1, "start = \"given\"\n");
+  const auto s = by_steps({cradle, {"end.three.vx"}, {"initial.one.vx"}}, 1e-3);
+  CHECK(std::isnan(s.quantities[0].derivatives[0]));
+  CHECK_THAT(s.quantities[0].reasons[0], Contains("act on each other"));
+}
+
+// Impacts are located to step_tolerance times the radius, relative to a bounce of 0.1 m: 1e-7 for
+// 1e-7. Each of the bounces and flights amplifies this by about ten.
+TEST_CASE("derivatives of adaptive time stepping follow the tolerance", "[sensitivity]") {
+  const reference::BallDerivatives b{0.5L, 9.81L, 0.5L};
+  const auto c =
+      dropped_ball(0.85, {"event.2.t", "event.3.t"}, {"surfaces.hard.restitution", "initial.ball.y"});
+  const auto s = sensitivities(
+      parse_scene(c.text, "adaptive", {"nonsmooth.scheme=moreau-jean", "nonsmooth.step_tolerance=1e-7"}),
+      {.of = c.quantities, .to = c.keys});
+  for (const int n : {2, 3}) {
+    const auto& found = s.quantities[static_cast<std::size_t>(n - 2)].derivatives;
+    CHECK(found[0] == Approx(static_cast<double>(b.time_by_restitution(n))).epsilon(1e-5));
+    CHECK(found[1] == Approx(static_cast<double>(b.time_by_height(n))).epsilon(1e-5));
+  }
+}
