@@ -3,11 +3,13 @@
 Only the translation units that include the faulty file are compiled, without tests: one unit for
 a source; for a header the UNITS nearest ones, and all of them if these do not detect the fault.
 The linked programs are tested by the parts of scripts/check (files of tests and sets of claims),
-one per core. Parts whose sources include the header of the file come first, then the others, the
-shortest first. Thus most faults are detected early, and a surviving fault has passed every part
-except the [long] ones and those that take longer than asked.
+one per core: those that execute the faulty line (scripts/coverage records which), else all. Parts
+whose sources include the header of the file come first, then the others, the shortest first. Thus
+most faults are detected early, and a surviving fault has passed every part that executes it except
+the [long] and [slow] ones and those that take longer than asked.
 """
 import concurrent.futures
+import json
 import os
 import pathlib
 import re
@@ -19,8 +21,9 @@ import threading
 FILES = ["CMakeLists.txt", "CMakePresets.json"]
 FOLDERS = ["src", "formulations", "plots", "verification", "cases", "scripts", "docs", ".ci", "README.md"]
 UNITS = 16
+EXECUTED = "build/coverage/executed.json"  # written by scripts/coverage
 # [library] builds user programs against the installed library, which is too expensive here.
-CHOSEN = "~[long]~[library]~[.]"
+CHOSEN = "~[long]~[slow]~[library]~[.]"
 
 
 class Copy:
@@ -128,13 +131,19 @@ class Suite:
         self.seconds = {part: float(took.get(part, 60)) for part in re.findall(r"\[#(.*)\]$", listed, re.M)}
         self.seconds = {part: took for part, took in self.seconds.items() if took <= within}
         self.sources = {path.stem: path.read_text() for path in (copy.root / "verification").rglob("*_test.cpp")}
+        recorded = copy.root / EXECUTED
+        self.executed = json.loads(recorded.read_text()) if recorded.exists() else {}
 
-    def order(self, file):
+    def order(self, file, line):
+        """The parts that execute the line; without a record of it, or if no part executes it (as a
+        constant), all parts. Those whose sources include the header of the file come first."""
+        runs = lambda part: part not in self.executed or int(self.executed[part].get(file, "0"), 16) >> line & 1
+        parts = [part for part in self.seconds if runs(part)] if self.executed else []
         header = re.sub(r"^src/", "", str(pathlib.Path(file).with_suffix(".hpp")))
         near = lambda part: f'"{header}"' in self.sources.get(part, "")
-        return sorted(self.seconds, key=lambda part: (not near(part), self.seconds[part]))
+        return sorted(parts or self.seconds, key=lambda part: (not near(part), self.seconds[part]))
 
-    def judge(self, file):
+    def judge(self, file, line):
         """(how, by what) for the first part that fails. how: claims, tests, time, crash (only
         crashes) or survives."""
         done, running, lock, verdicts = threading.Event(), {}, threading.Lock(), []
@@ -175,6 +184,6 @@ class Suite:
                     os.killpg(other.pid, signal.SIGKILL)
 
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            for result in [pool.submit(run, part) for part in self.order(file)]:
+            for result in [pool.submit(run, part) for part in self.order(file, line)]:
                 result.result()
         return verdicts[-1] if verdicts else ("survives", "")

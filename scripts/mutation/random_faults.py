@@ -96,7 +96,7 @@ def page(seed, judged, refused, within):
     lines = [HEAD, "",
              f"Written by `scripts/mutations --random {len(judged)} --seed {seed}`: {len(judged)} faults on lines drawn from all code of "
              "src/ and formulations/, each compiled",
-             "and linked in a copy and judged by the tests and the sets of claims (but for [long], and for the tests that build against the "
+             "and linked in a copy and judged by the tests and the sets of claims (but for [long] and [slow], and for the tests that build against the "
              "installed library), up to the first that fails."
              + (f" Parts that take more than {within:g} s are left out: the share is a lower bound." if within < math.inf else ""),
              f"**{caught} of {real} that change anything are caught: {caught / real:.0%}, with 95 % confidence {low:.0%} to {high:.0%} "
@@ -134,7 +134,7 @@ def judged_fault(copy, suite, fault):
     for some in dict.fromkeys([tuple(units[:UNITS]), tuple(units)]):
         if not copy.compile(some) or not copy.link():
             return "refused", ""
-        how, by = ("same", "the same code") if copy.same(some) else suite.judge(fault.file)
+        how, by = ("same", "the same code") if copy.same(some) else suite.judge(fault.file, fault.line)
         if how in ("claims", "tests", "time"):
             break
     return how, by
