@@ -156,8 +156,8 @@ class ContactSet {
   bool has_slot(int k) const { return k >= system_.contacts(); }
   /// The number for facts, greatest penetration and events: the contact's own number or that of its
   /// family.
-  int told_as(int k) const { return has_slot(k) ? system_.contacts() + pair(k).family : k; }
-  const ContactFacts& facts(int k) const { return system_.contact_facts(told_as(k)); }
+  int reported_index(int k) const { return has_slot(k) ? system_.contacts() + pair(k).family : k; }
+  const ContactFacts& facts(int k) const { return system_.contact_facts(reported_index(k)); }
   double gap(int k, const double* q, const Evaluation& e) const;
   const Neighbours::Pair& pair(int k) const { return slot(k).pair; }
   const Pair& shape(int k) const { return slot(k).shape; }

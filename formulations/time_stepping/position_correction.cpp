@@ -109,7 +109,7 @@ void PositionCorrection::bring_back(StepData& s, ContactSet& contacts, const Ste
   for (const int k : contacts.live()) {
     auto& c = contacts[k];
     if (moved || s.smooth()) c.gap = contacts.gap(k, s.q.data(), s.end);
-    auto& most = extremes.penetration[contacts.told_as(k)];
+    auto& most = extremes.penetration[contacts.reported_index(k)];
     if (contacts.in_reach(c, s.reach)) most = std::max(most, -c.gap);
   }
   if (!s.whole || moved) keep_residuals(s.system, s.end, extremes);

@@ -57,7 +57,7 @@ void StepResolution::assess_passage(const StepData& s, const ContactSet& contact
   for (const int k : contacts.slot_contacts())
     for (const auto* v : {&s.v_old, &s.v})
       if (const double share = System::passage(contacts.shape(k), v->data(), h); share > passage.share)
-        passage = {share, contacts.told_as(k)};
+        passage = {share, contacts.reported_index(k)};
 }
 
 /// A fixed step takes a curve as straight between its ends; for a sine of N steps per period the

@@ -72,7 +72,8 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
         keep_flight(-c.u_n_minus, (c.t_onset - c.t_left) / step_, s.totals.extremes);
       s.log->touch(k, c.t_onset, s.system.crank_angle(s.q_old.data()), c.u_n_minus, tangent_minus,
                    std::max(h, left_out(c)), 1.5 * h);
-      if (contacts.has_slot(k)) s.log->name(k, contacts.told_as(k), {contacts.pair(k).i, contacts.pair(k).j});
+      if (contacts.has_slot(k))
+        s.log->name(k, contacts.reported_index(k), {contacts.pair(k).i, contacts.pair(k).j});
       ++s.totals.work.events;
     }
     c.t_pressed = s.t;
@@ -156,8 +157,8 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
     }
     auto& out = in_impact ? within_ : smooth_;
     if (contacts.has_slot(k))
-      system.report().contact(contacts.told_as(k), System::link_of(contacts.shape(k)), q, s.middle, c.row,
-                              u->impulse_n, u->impulse_t, 1, out);
+      system.report().contact(contacts.reported_index(k), System::link_of(contacts.shape(k)), q, s.middle,
+                              c.row, u->impulse_n, u->impulse_t, 1, out);
     else
       system.report().contact(k, q, s.middle, c.row, u->impulse_n, u->impulse_t, 1, out);
   }
