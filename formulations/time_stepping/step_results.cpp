@@ -118,7 +118,7 @@ void StepForces::watch(const System& system, bool on) {
   watching_ = on;
   if (!on || !smooth_.elements.empty()) return;
   nothing_ = smooth_ = within_ = system.make_forces();
-  struck_lambda_.resize(system.rows());
+  impact_lambda_.resize(system.rows());
   smooth_lambda_.resize(system.rows());
 }
 
@@ -128,10 +128,10 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
   const int n = system.n(), m = system.rows();
   const double h = s.length(), *q = s.q_mid.data();
   const bool many = responses.many();
-  bool any_struck = false;
+  bool any_in_impact = false;
   smooth_.clear();
   within_.clear();
-  std::ranges::fill(struck_lambda_, 0.0);
+  std::ranges::fill(impact_lambda_, 0.0);
   if (many) std::ranges::fill(s.force, 0.0);
   const auto take = [&](int row, double impulse) {
     if (row < 0 || impulse == 0) return;
@@ -143,14 +143,14 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
     }
     if (problem.late_multipliers())
       s.saddle.finish(responses.row(row), responses.response(row), responses.reaction(row));
-    for (int k = 0; k < m; ++k) struck_lambda_[k] += impulse * responses.reaction(row)[k];
+    for (int k = 0; k < m; ++k) impact_lambda_[k] += impulse * responses.reaction(row)[k];
   };
   for (const int k : contacts.live()) {
     const auto& c = contacts[k];
     const auto* u = problem.unknown_of(c);
     if (!u) continue;
     const bool in_impact = c.steps == 1 && u->impulse_n > 0;
-    any_struck |= in_impact;
+    any_in_impact |= in_impact;
     if (in_impact) {
       take(u->normal, u->impulse_n);
       take(u->tangent, u->impulse_t);
@@ -162,11 +162,11 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
     else
       system.report().contact(k, q, s.middle, c.row, u->impulse_n, u->impulse_t, 1, out);
   }
-  if (many && any_struck) s.saddle.solve(s.force.data(), nullptr, s.dq.data(), struck_lambda_.data());
+  if (many && any_in_impact) s.saddle.solve(s.force.data(), nullptr, s.dq.data(), impact_lambda_.data());
   if (films.any()) films.report(system, q, s.middle, within_.acceleration.data(), smooth_, within_);
-  for (int k = 0; k < m; ++k) smooth_lambda_[k] = s.lambda[k] - struck_lambda_[k];
+  for (int k = 0; k < m; ++k) smooth_lambda_[k] = s.lambda[k] - impact_lambda_[k];
   system.report().rows(system.pattern(), q, s.middle, smooth_lambda_.data(), 1, smooth_);
-  system.report().rows(system.pattern(), q, s.middle, struck_lambda_.data(), 1, within_);
+  system.report().rows(system.pattern(), q, s.middle, impact_lambda_.data(), 1, within_);
   for (int i = 0; i < n; ++i) {
     smooth_.acceleration[i] = s.v[i] - s.v_old[i] - within_.acceleration[i];
     s.v_mean[i] = 0.5 * (s.v_old[i] + s.v[i]);

@@ -70,7 +70,7 @@ class StepForces {
  private:
   bool watching_ = false;
   Forces nothing_, smooth_, within_;
-  std::vector<double> struck_lambda_, smooth_lambda_;
+  std::vector<double> impact_lambda_, smooth_lambda_;
 };
 
 // Energies of a step (values/ledger.hpp): works of its impulses on the mean of the velocities at
