@@ -22,7 +22,7 @@ void list_modes(const ContactSet& contacts, const StepProblem& problem, std::vec
   }
 }
 
-double turned_round(const StepData& step, const ContactSet& contacts, const StepProblem& problem) {
+double slip_reversal_error(const StepData& step, const ContactSet& contacts, const StepProblem& problem) {
   double rate = 0;
   const auto take = [&](const SparseRow& row, const ContactUnknown& u, double bound) {
     const double before = row.dot(step.v_old.data());
@@ -112,7 +112,7 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
   middle_t = start.t + 0.5 * h;
   const auto note = [&](std::vector<signed char>& modes) {
     list_modes(moreau.contacts(), moreau.problem(), modes);
-    return turned_round(moreau.data(), moreau.contacts(), moreau.problem());
+    return slip_reversal_error(moreau.data(), moreau.contacts(), moreau.problem());
   };
   const auto add_to = [&](Forces& sum) {
     if (!watching_) return;
@@ -120,7 +120,7 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
     sum.add(1, moreau.within());
   };
   if (!moreau.advance(t, StepReach::closed)) return false;
-  turned_ = note(modes_whole_);
+  slip_reversal_ = note(modes_whole_);
   list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_whole_);
   moreau.keep(whole_);
   for (auto* sum : {&smooth, &whole_smooth_, &within}) sum->clear();
@@ -128,14 +128,14 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
   moreau.go_back(start);
   if (!moreau.advance(middle_t, StepReach::closed)) return false;
   list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_first_);
-  turned_ = std::max(turned_, note(modes_first_));
+  slip_reversal_ = std::max(slip_reversal_, note(modes_first_));
   std::copy_n(moreau.q(), system_.n(), middle_q.begin());
   std::copy_n(moreau.v(), system_.n(), middle_v.begin());
   add_to(smooth);
   if (!moreau.advance(t, StepReach::closed)) return false;
   list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_second_);
   misjudged_ = misjudged(pulls_whole_, pulls_first_, pulls_second_);
-  turned_ = std::max(turned_, note(modes_second_));
+  slip_reversal_ = std::max(slip_reversal_, note(modes_second_));
   add_to(smooth);
   return true;
 }
@@ -151,7 +151,7 @@ void StepPair::extrapolate(MoreauStepper& moreau) {
 /// take as reversed throughout, and the rate of a contact that separates or closes within a step.
 double StepPair::error(const MoreauStepper& moreau) const {
   return std::max({difference(moreau) / (alike() ? 3 : 1), path_error(moreau),
-                   unseen(std::max(turned_, misjudged_.rate))});
+                   unseen(std::max(slip_reversal_, misjudged_.rate))});
 }
 
 /// Of a motion that constraints prescribe, all steps have the same ends, whatever lies between. One cubic

@@ -24,7 +24,7 @@ void list_modes(const ContactSet& contacts, const StepProblem& problem, std::vec
 /// The greatest possible error of a sliding rate (m/s) in the last step, because friction has the
 /// direction at the step's end throughout: the rate at the beginning of contacts whose sliding
 /// reversed, and the rate that a stopped contact would have gained because friction cannot hold it.
-double turned_round(const StepData& step, const ContactSet& contacts, const StepProblem& problem);
+double slip_reversal_error(const StepData& step, const ContactSet& contacts, const StepProblem& problem);
 
 /// What all forces but its own give a closed contact in one step.
 struct Pull {
@@ -53,7 +53,9 @@ class StepPair {
   /// half steps. Returns false if one failed.
   bool take(MoreauStepper& moreau, double h);
   /// Whether the modes are the same in all three steps and no sliding reversed within one.
-  bool alike() const { return modes_whole_ == modes_first_ && modes_first_ == modes_second_ && turned_ == 0; }
+  bool alike() const {
+    return modes_whole_ == modes_first_ && modes_first_ == modes_second_ && slip_reversal_ == 0;
+  }
   /// Error estimate over the accepted error.
   double error(const MoreauStepper& moreau) const;
   void extrapolate(MoreauStepper& moreau);
@@ -93,7 +95,7 @@ class StepPair {
   MoreauStepper::Place whole_;
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   std::vector<Pull> pulls_whole_, pulls_first_, pulls_second_;
-  double turned_ = 0;  // m/s; see turned_round()
+  double slip_reversal_ = 0;  // m/s; see slip_reversal_error()
   Misjudged misjudged_;
   bool watching_ = false;
   Forces whole_smooth_;
