@@ -63,9 +63,9 @@ void list_pulls(const StepData& step, const ContactSet& contacts, const StepProb
   }
 }
 
-Misjudged misjudged(const std::vector<Pull>& whole, const std::vector<Pull>& first,
-                    const std::vector<Pull>& second) {
-  Misjudged found;
+MissedChanges missed_changes(const std::vector<Pull>& whole, const std::vector<Pull>& first,
+                             const std::vector<Pull>& second) {
+  MissedChanges found;
   for (std::size_t k = 0; k < whole.size(); ++k) {
     // Pulls at a quarter, a half and three quarters of the step, as rates over its whole length, and
     // the parabola middle + slope x + bend x² through them, x from −½ to ½.
@@ -134,7 +134,7 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
   add_to(smooth);
   if (!moreau.advance(t, StepReach::closed)) return false;
   list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_second_);
-  misjudged_ = misjudged(pulls_whole_, pulls_first_, pulls_second_);
+  missed_ = missed_changes(pulls_whole_, pulls_first_, pulls_second_);
   slip_reversal_ = std::max(slip_reversal_, note(modes_second_));
   add_to(smooth);
   return true;
@@ -151,7 +151,7 @@ void StepPair::extrapolate(MoreauStepper& moreau) {
 /// take as reversed throughout, and the rate of a contact that separates or closes within a step.
 double StepPair::error(const MoreauStepper& moreau) const {
   return std::max({difference(moreau) / (alike() ? 3 : 1), path_error(moreau),
-                   unseen(std::max(slip_reversal_, misjudged_.rate))});
+                   unseen(std::max(slip_reversal_, missed_.rate))});
 }
 
 /// Of a motion that constraints prescribe, all steps have the same ends, whatever lies between. One cubic

@@ -36,14 +36,14 @@ void list_pulls(const StepData& step, const ContactSet& contacts, const StepProb
                 std::vector<Pull>& list);
 
 /// Changes of closed contacts within a step and its two halves, by the parabola through their pulls.
-struct Misjudged {
+struct MissedChanges {
   /// m/s, the greatest rate that the halves miss: a contact is pressed, or released, in a part of a
   /// half that takes it as released, or as pressed, throughout
   double rate = 0;
   double separation = INFINITY;  ///< the first one, as a share of the step
 };
-Misjudged misjudged(const std::vector<Pull>& whole, const std::vector<Pull>& first,
-                    const std::vector<Pull>& second);
+MissedChanges missed_changes(const std::vector<Pull>& whole, const std::vector<Pull>& first,
+                             const std::vector<Pull>& second);
 
 class StepPair {
  public:
@@ -61,7 +61,7 @@ class StepPair {
   void extrapolate(MoreauStepper& moreau);
   /// The first separation of a contact, as a share of the step; infinite if there is none, or if
   /// the step misses less than a thousandth of the accepted error with it.
-  double separation() const { return unseen(misjudged_.rate) > 1e-3 ? misjudged_.separation : INFINITY; }
+  double separation() const { return unseen(missed_.rate) > 1e-3 ? missed_.separation : INFINITY; }
 
   /// @name Forces of the pair
   ///@{
@@ -96,7 +96,7 @@ class StepPair {
   std::vector<signed char> modes_whole_, modes_first_, modes_second_;
   std::vector<Pull> pulls_whole_, pulls_first_, pulls_second_;
   double slip_reversal_ = 0;  // m/s; see slip_reversal_error()
-  Misjudged misjudged_;
+  MissedChanges missed_;
   bool watching_ = false;
   Forces whole_smooth_;
 };
