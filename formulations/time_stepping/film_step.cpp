@@ -149,11 +149,11 @@ void FilmStep::finish(const double* v_old, const double* v_new) {
   for (const auto& f : films_) {
     const double thickness = std::max(f.gap, f.law.hand_over);
     const double moved = 0.5 * h_ * std::abs(f.row.normal.dot(v_old) + f.row.normal.dot(v_new)) / thickness;
-    if (moved > leap.share && f.gap > 0) {
+    if (moved > thickness_change.share && f.gap > 0) {
       // If a step is short compared with the film's own time constant, passing over the film has
       // little effect.
       const double share = moved * std::min(1.0, h_ * resistance(f, f.gap)[0] * f.mobility);
-      if (share > leap.share) leap = {share, f.contact};
+      if (share > thickness_change.share) thickness_change = {share, f.contact};
     }
     for (int a = 0; f.first >= 0 && a < 3; ++a) {
       p_[f.first + a] = f.p[a];

@@ -72,7 +72,7 @@ class FilmStep {
 
   /// The greatest relative change of a film's thickness in one step, where the film mattered, and
   /// its contact.
-  struct Leap {
+  struct ThicknessChange {
     double share = 0;
     int contact = -1;
     template <class M>
@@ -80,7 +80,7 @@ class FilmStep {
       m(share, contact);
     }
   };
-  Leap leap;
+  ThicknessChange thickness_change;
 
  private:
   struct Place {

@@ -85,7 +85,7 @@ void StepResolution::assess_bend(const StepData& s) {
 }
 
 void add_step_notes(const StepDiagnostics& found, const System& system, bool fixed,
-                    const FilmStep::Leap& leap, const StepResolution::Bend& bend,
+                    const FilmStep::ThicknessChange& thickness_change, const StepResolution::Bend& bend,
                     std::vector<std::string>& notes) {
   if (!found.motions.empty()) notes.push_back(diagnostic<Diagnostic::several_motions>(found.motions));
   if (found.jams > 0) notes.push_back(diagnostic<Diagnostic::lockup_impulse>(found.jams, found.jam));
@@ -94,9 +94,10 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
   if (found.inelastic > 0) notes.push_back(diagnostic<Diagnostic::no_restitution_steps>(found.inelastic));
   if (found.unsettled > 0)
     notes.push_back(diagnostic<Diagnostic::film_iteration>(found.unsettled, finer_key(fixed)));
-  if (fixed && leap.share > 0.3)
-    notes.push_back(diagnostic<Diagnostic::film_not_resolved>(system.contact_facts(leap.contact).name,
-                                                              leap.share, 0.1 / leap.share));
+  if (fixed && thickness_change.share > 0.3)
+    notes.push_back(
+        diagnostic<Diagnostic::film_not_resolved>(system.contact_facts(thickness_change.contact).name,
+                                                  thickness_change.share, 0.1 / thickness_change.share));
   if (bend.over > 1)
     notes.push_back(diagnostic<Diagnostic::curve_not_resolved>(
         system.curves().readers[static_cast<std::size_t>(bend.reader)].name, bend.share,

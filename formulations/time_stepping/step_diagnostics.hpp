@@ -80,7 +80,7 @@ struct StepDiagnostics {
 
 /// `fixed`: steps of fixed length.
 void add_step_notes(const StepDiagnostics& found, const System& system, bool fixed,
-                    const FilmStep::Leap& leap, const StepResolution::Bend& bend,
+                    const FilmStep::ThicknessChange& thickness_change, const StepResolution::Bend& bend,
                     std::vector<std::string>& notes);
 
 /// The key whose smaller value shortens the steps.
