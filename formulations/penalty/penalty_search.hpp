@@ -102,7 +102,7 @@ class PenaltySearch {
   }
   /// Whether a fixed step has changed a sliding speed that began in a steep zone of its friction
   /// law far beyond that zone. No motion does this: the step is unstable there.
-  static bool leaps(const Motion& m) {
+  static bool slip_diverges(const Motion& m) {
     // If Baumgarte's terms are too fast for the step, they cause the divergence.
     if (m.method.relieved() || m.f.pull() * (m.method.t - m.method.t_old) > 1) return false;
     for (int k = 0; k < m.f.system().contacts(); ++k) {

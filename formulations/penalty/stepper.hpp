@@ -138,7 +138,7 @@ class PenaltyStepper {
     PenaltyEvent first;
     first.t = method.t;
     if (!search_.find_contact_event(m_, first)) return lose();
-    if (Method::fixed_step && search_.leaps(m_)) {
+    if (Method::fixed_step && search_.slip_diverges(m_)) {
       method.start(f, method.t_old, Vector(method.x_old));
       method.relieve();
       return step(run_end);
