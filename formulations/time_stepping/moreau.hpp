@@ -124,9 +124,10 @@ class MoreauStepper {
     auto& found = d.totals.found;
     m(d.saddle, problem_.slide_last, d.q, d.v, d.q_old, d.v_old, mean_.last, d.z, d.t, d.t_old, t_start_,
       index_, d.totals.integrals, d.totals.extremes, d.totals.work, record_.flights(), resolution_.passage,
-      resolution_.bend, found.motions, found.jam, found.jams, found.undecided, found.unswept, found.inelastic,
-      found.locked, found.locked_since, found.uncorrected, found.residual, problem_.problem.modes_left,
-      correction_.modes_left(), contacts_.slack, films_.thickness_change, found.unsettled);
+      resolution_.curve_deviation, found.motions, found.jam, found.jams, found.undecided, found.unswept,
+      found.inelastic, found.locked, found.locked_since, found.uncorrected, found.residual,
+      problem_.problem.modes_left, correction_.modes_left(), contacts_.slack, films_.thickness_change,
+      found.unsettled);
   }
 
   double t() const { return data_.t; }
@@ -159,8 +160,8 @@ class MoreauStepper {
   const Work& work() const { return data_.totals.work; }
   /// Adds notes about this run's steps for the reader of the results.
   void add_notes(std::vector<std::string>& notes) const {
-    add_step_notes(data_.totals.found, data_.system, fixed(), films_.thickness_change, resolution_.bend,
-                   notes);
+    add_step_notes(data_.totals.found, data_.system, fixed(), films_.thickness_change,
+                   resolution_.curve_deviation, notes);
   }
   const StepResolution::Passage& passage() const { return resolution_.passage; }
   bool singular() const { return data_.saddle.singular(); }

@@ -63,10 +63,10 @@ void StepResolution::assess_passage(const StepData& s, const ContactSet& contact
 /// A fixed step takes a curve as straight between its ends; for a sine of N steps per period the
 /// error is (2π/N)²/8. The check uses two places within the step, so that it detects every period
 /// that divides the step.
-void StepResolution::assess_bend(const StepData& s) {
+void StepResolution::assess_curves(const StepData& s) {
   const auto& readers = s.system.curves().readers;
   const auto take = [&](double share, double most, std::size_t i) {
-    if (share > most * bend.over) bend = {share, share / most, static_cast<int>(i)};
+    if (share > most * curve_deviation.over) curve_deviation = {share, share / most, static_cast<int>(i)};
   };
   for (std::size_t i = 0; i < readers.size(); ++i) {
     const auto& reader = readers[i];
@@ -85,8 +85,8 @@ void StepResolution::assess_bend(const StepData& s) {
 }
 
 void add_step_notes(const StepDiagnostics& found, const System& system, bool fixed,
-                    const FilmStep::ThicknessChange& thickness_change, const StepResolution::Bend& bend,
-                    std::vector<std::string>& notes) {
+                    const FilmStep::ThicknessChange& thickness_change,
+                    const StepResolution::CurveDeviation& curve_deviation, std::vector<std::string>& notes) {
   if (!found.motions.empty()) notes.push_back(diagnostic<Diagnostic::several_motions>(found.motions));
   if (found.jams > 0) notes.push_back(diagnostic<Diagnostic::lockup_impulse>(found.jams, found.jam));
   if (found.undecided > 0)
@@ -98,10 +98,10 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
     notes.push_back(
         diagnostic<Diagnostic::film_not_resolved>(system.contact_facts(thickness_change.contact).name,
                                                   thickness_change.share, 0.1 / thickness_change.share));
-  if (bend.over > 1)
+  if (curve_deviation.over > 1)
     notes.push_back(diagnostic<Diagnostic::curve_not_resolved>(
-        system.curves().readers[static_cast<std::size_t>(bend.reader)].name, bend.share,
-        std::min(1 / std::max(std::sqrt(bend.over), 10 * bend.share), 0.5)));
+        system.curves().readers[static_cast<std::size_t>(curve_deviation.reader)].name, curve_deviation.share,
+        std::min(1 / std::max(std::sqrt(curve_deviation.over), 10 * curve_deviation.share), 0.5)));
   if (found.uncorrected > 0)
     notes.push_back(diagnostic<Diagnostic::position_residual>(found.uncorrected, found.residual));
   if (found.locked > 0)

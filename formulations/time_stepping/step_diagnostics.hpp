@@ -33,7 +33,7 @@ class StepResolution {
   /// The greatest deviation of a curve from a straight line within one step, relative to the
   /// curve's greatest value (share) and to the accepted deviation (over), and the element that
   /// reads it.
-  struct Bend {
+  struct CurveDeviation {
     double share = 0, over = 0;
     int reader = -1;
     template <class M>
@@ -45,18 +45,18 @@ class StepResolution {
   explicit StepResolution(const System& system);
   void assess(const StepData& step, const ContactSet& contacts) {
     if (passes_) assess_passage(step, contacts);
-    if (!greatest_.empty()) assess_bend(step);
+    if (!greatest_.empty()) assess_curves(step);
   }
 
   /// Whether there is nothing to assess.
   bool idle() const { return !passes_ && greatest_.empty(); }
 
   Passage passage;
-  Bend bend;
+  CurveDeviation curve_deviation;
 
  private:
   void assess_passage(const StepData& step, const ContactSet& contacts);
-  void assess_bend(const StepData& step);
+  void assess_curves(const StepData& step);
 
   std::vector<double> greatest_;  // greatest |y| of each curve
   std::vector<int> passing_;      // contacts that a body may pass through
@@ -80,8 +80,8 @@ struct StepDiagnostics {
 
 /// `fixed`: steps of fixed length.
 void add_step_notes(const StepDiagnostics& found, const System& system, bool fixed,
-                    const FilmStep::ThicknessChange& thickness_change, const StepResolution::Bend& bend,
-                    std::vector<std::string>& notes);
+                    const FilmStep::ThicknessChange& thickness_change,
+                    const StepResolution::CurveDeviation& curve_deviation, std::vector<std::string>& notes);
 
 /// The key whose smaller value shortens the steps.
 inline const char* finer_key(bool fixed) { return fixed ? "nonsmooth.step" : "nonsmooth.step_tolerance"; }
