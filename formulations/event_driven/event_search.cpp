@@ -107,7 +107,7 @@ bool EventSearch::find_gap_events(EventDynamics& d, Method& m, ModeEvent& first)
     if (d.contacts[k].closed) continue;
     const auto motion = narrowed(
         d.gap_motion(k, bounds_, m.x), system, k, m, [&] { return d.look(k, m.x, m.t).normal; }, scratch_);
-    if (!std::isfinite(motion.bend)) return false;
+    if (!std::isfinite(motion.acceleration)) return false;
     const auto end = gap_at(d, m, k, m.t);
     double unseen = 0;
     const auto t = first_loss([&](double at) { return gap_at(d, m, k, at); }, m.t_old, m.t, marks_[k].gap,

@@ -52,9 +52,9 @@ class StepCourse {
     }
     const double per = 2 / (t1 - t0);
     for (std::size_t k = 2; k <= degree; ++k)
-      bend_ += per * per * std::abs(c_[k]) * static_cast<double>(k * k * (k * k - 1)) / 3;
+      acceleration_ += per * per * std::abs(c_[k]) * static_cast<double>(k * k * (k * k - 1)) / 3;
   }
-  double bend() const { return bend_; }
+  double acceleration() const { return acceleration_; }
   /// Greatest |w| of the samples.
   double largest() const { return largest_; }
   /// ẇ at t: Σ c_k k U_{k−1}(s) · 2/h.
@@ -80,7 +80,7 @@ class StepCourse {
     }();
     return list;
   }
-  double t0_ = 0, t1_ = 0, bend_ = 0, largest_ = 0;
+  double t0_ = 0, t1_ = 0, acceleration_ = 0, largest_ = 0;
   std::array<double, degree + 1> c_{};
 };
 
@@ -114,8 +114,8 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
                                  const GapMotion& motion, double noise, double& unseen) {
   // The bound, reduced by its own rounding error.
   const auto least_of = [&](const Watched& a, const Watched& b, double h) {
-    const double terms =
-        std::abs(a.value) + std::abs(b.value) + (std::abs(a.rate) + std::abs(b.rate) + motion.bend * h) * h;
+    const double terms = std::abs(a.value) + std::abs(b.value) +
+                         (std::abs(a.rate) + std::abs(b.rate) + motion.acceleration * h) * h;
     return motion.least(a, b, h) - 4e-16 * terms;
   };
   if (least_of(start, end, t1 - t0) > -noise) return std::nullopt;
@@ -153,7 +153,7 @@ std::optional<double> first_loss(F at, double t0, double t1, Watched start, cons
     if (const auto t = self(self, ta, a, tm, m, halvings - 1)) return t;
     return self(self, tm, m, tb, b, halvings - 1);
   };
-  if (!std::isfinite(motion.bend)) {
+  if (!std::isfinite(motion.acceleration)) {
     // An infinite bound (wheels whose centres may come closer within the step than teeth mesh;
     // overflow) proves nothing: the ends of 256 pieces decide.
     Watched a = start;
@@ -191,7 +191,7 @@ inline double gap_rounding(const System& system, int k, const double* q) {
 /// by their rates. Like MethodState::enclose(), widened where the method's interpolant is not
 /// cubic.
 template <class Method, class F>
-double bend_of(const Method& method, int n, F of, std::vector<double>& scratch) {
+double acceleration_of(const Method& method, int n, F of, std::vector<double>& scratch) {
   const double h = method.t - method.t_old;
   const Vec2 q0 = of(method.x_old.data()), v0 = of(method.x_old.data() + n),
              a0 = of(method.dxdt_old.data() + n);
@@ -224,11 +224,11 @@ GapMotion narrowed(GapMotion m, const System& system, int k, const Method& metho
   if (straight) {
     const SparseRow across = normal();
     const auto of = [&](const double* y) { return Vec2{across.dot(y), 0.0}; };
-    m.bend = std::min(m.bend, bend_of(method, system.n(), of, scratch));
+    m.acceleration = std::min(m.acceleration, acceleration_of(method, system.n(), of, scratch));
     return m;
   }
   const auto of = [i = i, j = j](const double* y) { return centre(y, j) - centre(y, i); };
-  m.bend = std::min(m.bend, bend_of(method, system.n(), of, scratch));
+  m.acceleration = std::min(m.acceleration, acceleration_of(method, system.n(), of, scratch));
   return m;
 }
 

@@ -57,7 +57,7 @@ class Phases {
           if (phase.speed) now.rate = (up ? -1 : 1) * course.rate(t);
           return now;
         };
-        const auto motion = phase.speed ? GapMotion{GapMotion::Shape::straight, 0, course.bend(), 0}
+        const auto motion = phase.speed ? GapMotion{GapMotion::Shape::straight, 0, course.acceleration(), 0}
                                         : phase.motion(bounds, piece, up, x1.data());
         const double noise =
             phase.speed ? course_rounding * std::max(speed_of(phase), course.largest()) : rounding(k);
@@ -186,7 +186,7 @@ class Limits {
     }
     for (std::size_t i = 0; i < n; ++i) {
       const StepCourse course(step.t_old, step.t, samples_[i]);
-      if (!std::isfinite(course.bend())) continue;
+      if (!std::isfinite(course.acceleration())) continue;
       const double start = samples_[i].back(), rate = course.rate(step.t_old);
       const double slack = std::max({margin, rounding * course.largest(), noise(w_[i], step.t, rate)});
       for (const auto& end : ends(start, rate, slack)) {
@@ -203,7 +203,7 @@ class Limits {
         if (at_limit) from.value = 0;
         double unseen = 0;
         const auto t = first_loss(look, step.t_old, step.t, from, left(samples_[i].front(), step.t),
-                                  {GapMotion::Shape::straight, 0, course.bend(), 0}, slack, unseen);
+                                  {GapMotion::Shape::straight, 0, course.acceleration(), 0}, slack, unseen);
         if (!t || (at_limit && *t - step.t_old <= 1e-3 * (step.t - step.t_old))) continue;
         if (*t < found.t) found = {static_cast<int>(i), end.border, *t};
       }

@@ -60,7 +60,7 @@ std::optional<OnsetSearch::Onset> OnsetSearch::onset_in(int k, const Half& half,
   };
   const auto begin = at(half.a, half.qa, half.va), end = at(half.b, half.qb, half.vb);
   const auto motion = system_.gap_motion(k, bounds_, half.qb, e_);
-  bounded_ = bounded_ && std::isfinite(motion.bend);
+  bounded_ = bounded_ && std::isfinite(motion.acceleration);
   double unseen = 0;
   const double rounding = gap_rounding(system_, k, half.qb);
   const auto look = [&](double t) {

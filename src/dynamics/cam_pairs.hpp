@@ -105,9 +105,9 @@ struct CamFlatPair {
     const double turn = of(bounds.speed, link.j), twist = of(bounds.acceleration, link.j);
     const double relative = of(bounds.speed, link.i) + turn, more = of(bounds.acceleration, link.i) + twist;
     const double reach = d.norm() + m.speed * bounds.duration;
-    m.bend += 2 * turn * m.speed + (turn * turn + twist) * reach;
+    m.acceleration += 2 * turn * m.speed + (turn * turn + twist) * reach;
     m.shape = GapMotion::Shape::curved;
-    m.bend += profile.bounds().d1 * more + profile.bounds().d2 * relative * relative;
+    m.acceleration += profile.bounds().d1 * more + profile.bounds().d2 * relative * relative;
     return m;
   }
   /// Rotation within a time h, as a share of the narrowest rise or return.
@@ -177,11 +177,11 @@ struct CamRollerPair {
     auto m = relative_motion(link, bounds);
     const double turn = omega(bounds.speed.data(), link.i), twist = omega(bounds.acceleration.data(), link.i);
     const double reach = d.norm() + m.speed * bounds.duration, w = m.speed + turn * reach;
-    m.bend += twist * reach + 2 * turn * w + turn * turn * reach;
+    m.acceleration += twist * reach + 2 * turn * w + turn * turn * reach;
     m.shape = GapMotion::Shape::curved;
     m.speed = w;
     m.reach = 0.5 * least_hollow;
-    m.bend += w * w * std::max(1 / least_round, 2 / least_hollow);
+    m.acceleration += w * w * std::max(1 / least_round, 2 / least_hollow);
     return m;
   }
   /// Motion within a time h as a share of the motion that could pass the contact undetected: the

@@ -95,9 +95,9 @@ struct GapMotion {
   enum class Shape { outside, inside, straight, curved };
   Shape shape = Shape::straight;
   double speed = 0;         ///< m/s, bound on |ḋ|; for a profile on |ẏ|
-  double bend = 0;          ///< m/s², bound on |d̈|; for a wall or a profile on |ÿ|
+  double acceleration = 0;  ///< m/s², bound on |d̈|; for a wall or a profile on |ÿ|
   double rest = 0;          ///< m
-  double reach = INFINITY;  ///< m; `bend` holds below this distance
+  double reach = INFINITY;  ///< m; `acceleration` holds below this distance
 
   /// The bounds of −y.
   GapMotion opposite() const {
@@ -113,8 +113,8 @@ struct GapMotion {
     // Inside, |d| is at most its greater end value plus the term of |d̈|. Outside, |d| may be
     // smaller between the ends.
     const double chord =
-        shape == Shape::outside ? -INFINITY : std::min(a.value, b.value) - 0.125 * bend * h * h;
-    const double down = bends(a, b, h).down;
+        shape == Shape::outside ? -INFINITY : std::min(a.value, b.value) - 0.125 * acceleration * h * h;
+    const double down = acceleration_bounds(a, b, h).down;
     if (!std::isfinite(down)) return chord;
     // y + ½ down (t − a)(t − b) is convex, so it lies above its tangents; y lies above it.
     const double fall = a.rate - 0.5 * down * h, rise = b.rate + 0.5 * down * h;
@@ -127,28 +127,28 @@ struct GapMotion {
   }
   /// Whether y is proved to increase, or to decrease, throughout.
   bool rises(const Watched& a, const Watched& b, double h) const {
-    const auto [down, up] = bends(a, b, h);
+    const auto [down, up] = acceleration_bounds(a, b, h);
     return !beyond(a, b, h) && one_way(a.rate, b.rate, h, down, up);
   }
   bool falls(const Watched& a, const Watched& b, double h) const {
-    const auto [down, up] = bends(a, b, h);
+    const auto [down, up] = acceleration_bounds(a, b, h);
     return !beyond(a, b, h) && one_way(-a.rate, -b.rate, h, up, down);
   }
 
  private:
-  struct Bends {
+  struct AccelerationBounds {
     double down, up;  ///< −down ≤ ÿ ≤ up
   };
   /// Whether the distance may leave the reach.
   bool beyond(const Watched& a, const Watched& b, double h) const {
     return std::isfinite(reach) && 0.5 * (a.value + b.value + speed * h) > reach;
   }
-  Bends bends(const Watched& a, const Watched& b, double h) const {
-    if (shape == Shape::straight || shape == Shape::curved) return {bend, bend};
+  AccelerationBounds acceleration_bounds(const Watched& a, const Watched& b, double h) const {
+    if (shape == Shape::straight || shape == Shape::curved) return {acceleration, acceleration};
     const double sign = shape == Shape::outside ? 1 : -1;
     const double length = std::max(rest + sign * a.value, rest + sign * b.value) - speed * h;
-    const double swirl = length > 0 ? bend + speed * speed / length : INFINITY;
-    return sign > 0 ? Bends{bend, swirl} : Bends{swirl, bend};
+    const double swirl = length > 0 ? acceleration + speed * speed / length : INFINITY;
+    return sign > 0 ? AccelerationBounds{acceleration, swirl} : AccelerationBounds{swirl, acceleration};
   }
   /// Whether a rate with end values ra and rb, which decreases by at most `down` and increases by
   /// at most `up` per unit time, stays positive.
@@ -187,12 +187,12 @@ inline GapMotion relative_motion(const Link& link, const MotionBounds& b) {
     ay += b.acceleration[c + 1];
     const double length = arm.norm(), turn = b.speed[c + 2];
     m.speed += length * turn;
-    m.bend += length * (turn * turn + b.acceleration[c + 2]);
+    m.acceleration += length * (turn * turn + b.acceleration[c + 2]);
   };
   add(link.i, link.si);
   add(link.j, link.sj);
   m.speed += std::sqrt(vx * vx + vy * vy);
-  m.bend += std::sqrt(ax * ax + ay * ay);
+  m.acceleration += std::sqrt(ax * ax + ay * ay);
   return m;
 }
 

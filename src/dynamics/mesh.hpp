@@ -39,12 +39,12 @@ struct FlankOf {
 /// Prevents a change of tooth from being missed within a step. If the step is long enough for
 /// another tooth to come into mesh (`speed`: bound on |ġ|, m/s), the gap may jump by a period P
 /// within the step. Between two jumps the flanks move by at least P/2, so intervals of
-/// dt = P/(4 speed) contain no jump. A bend of 64 speed²/P prevents longer intervals from being
+/// dt = P/(4 speed) contain no jump. An acceleration of 64 speed²/P prevents longer intervals from being
 /// decided: over dt it lowers the chord by P/2, the whole range of the gap, and changes a rate by
 /// 16 speed.
 inline void heed_teeth(GapMotion& m, double period, double speed, double h) {
   if (std::isfinite(period) && speed * h > 0.25 * period)
-    m.bend = std::max(m.bend, 64 * speed * speed / period);
+    m.acceleration = std::max(m.acceleration, 64 * speed * speed / period);
 }
 
 struct InvoluteMesh : InvoluteFlank {
@@ -88,11 +88,12 @@ struct InvoluteMesh : InvoluteFlank {
   GapMotion motion(const Link& link, const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
     const double S = sum(), near = d.norm() - m.speed * bounds.duration;
-    if (m.speed > 0) m.bend += near > S ? m.speed * m.speed / std::sqrt(near * near - S * S) : INFINITY;
+    if (m.speed > 0)
+      m.acceleration += near > S ? m.speed * m.speed / std::sqrt(near * near - S * S) : INFINITY;
     double speed = m.speed;
     for (const auto& [body, R] : {std::pair{link.i, Ri}, std::pair{link.j, Rj}})
       if (body != ground) {
-        m.bend += std::abs(R) * bounds.acceleration[planar::first(body) + 2];
+        m.acceleration += std::abs(R) * bounds.acceleration[planar::first(body) + 2];
         speed += std::abs(R) * bounds.speed[planar::first(body) + 2];
       }
     heed_teeth(m, period, speed, bounds.duration);
@@ -135,13 +136,13 @@ struct RackMesh : RackFlank {
     auto m = relative_motion(link, bounds);
     double speed = m.speed;
     if (link.i != ground) {
-      m.bend += base * bounds.acceleration[planar::first(link.i) + 2];
+      m.acceleration += base * bounds.acceleration[planar::first(link.i) + 2];
       speed += base * bounds.speed[planar::first(link.i) + 2];
     }
     if (link.j != ground) {
       const int c = planar::first(link.j) + 2;
       const double turn = bounds.speed[c], reach = d.norm() + m.speed * bounds.duration;
-      m.bend +=
+      m.acceleration +=
           base * bounds.acceleration[c] + 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
       speed += (base + reach) * turn;
     }

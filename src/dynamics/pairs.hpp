@@ -121,14 +121,15 @@ struct LinePair {
     if (link.i == ground) {  // fixed wall: motion along it has no effect
       const int c = planar::first(link.j);
       const double turn = bounds.speed[c + 2];
-      m.bend = std::abs(axis.y()) * bounds.acceleration[c] + std::abs(axis.x()) * bounds.acceleration[c + 1] +
-               link.sj.norm() * (turn * turn + bounds.acceleration[c + 2]);
+      m.acceleration = std::abs(axis.y()) * bounds.acceleration[c] +
+                       std::abs(axis.x()) * bounds.acceleration[c + 1] +
+                       link.sj.norm() * (turn * turn + bounds.acceleration[c + 2]);
       return m;
     }
     const int c = planar::first(link.i) + 2;
     const double turn = bounds.speed[c];
     const double reach = d.norm() + m.speed * bounds.duration;
-    m.bend += 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
+    m.acceleration += 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
     return m;
   }
 
@@ -186,13 +187,13 @@ struct AngleStopPair {
   /// Bounds on the gap's second derivative within a step; d at its end.
   GapMotion motion(const MotionBounds& bounds, const Vec2& d) const {
     auto m = relative_motion(link, bounds);
-    if (normal.is_zero()) m.bend = 0;
+    if (normal.is_zero()) m.acceleration = 0;
     for (const int body : {link.i, link.j})
-      if (body != ground) m.bend += radius * bounds.acceleration[planar::first(body) + 2];
+      if (body != ground) m.acceleration += radius * bounds.acceleration[planar::first(body) + 2];
     if (link.i == ground || normal.is_zero()) return m;
     const int c = planar::first(link.i) + 2;
     const double turn = bounds.speed[c], reach = d.norm() + m.speed * bounds.duration;
-    m.bend += 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
+    m.acceleration += 2 * turn * m.speed + (turn * turn + bounds.acceleration[c]) * reach;
     return m;
   }
   /// Zero: a closed stop cannot be passed through.

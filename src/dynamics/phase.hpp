@@ -79,7 +79,7 @@ struct Phase {
     const double turning = omega(bounds.speed.data(), link.i);
     const double reach =
         (placed.point(link.j, link.sj) - placed.point(link.i, link.si)).norm() + m.speed * bounds.duration;
-    m.bend += 2 * turning * m.speed + (turning * turning + alpha) * reach;
+    m.acceleration += 2 * turning * m.speed + (turning * turning + alpha) * reach;
     return m;
   }
 

@@ -142,7 +142,7 @@ TEST_CASE("contact rows of cams agree with finite differences, and their gap bou
           bounds.acceleration.push_back(std::abs(a[i]));
         }
         const auto motion = system.gap_motion(0, bounds, q.data(), e);
-        REQUIRE(std::abs(row.normal.dot(a.data()) - row.gamma_n) <= motion.bend);
+        REQUIRE(std::abs(row.normal.dot(a.data()) - row.gamma_n) <= motion.acceleration);
         if (!both) continue;
         // Rotating both bodies about one point moves neither surface along the other, nor away.
         std::vector<double> common(6);
