@@ -78,7 +78,7 @@ struct InvoluteMesh : InvoluteFlank {
 
   /// Terms of g̈ without linear or angular accelerations.
   template <class T>
-  T bend(const FlankOf<T>& f, const Vec2Of<T>& d, const Vec2Of<T>& rate, const T&, const T&) const {
+  T velocity_terms(const FlankOf<T>& f, const Vec2Of<T>& d, const Vec2Of<T>& rate, const T&, const T&) const {
     using std::sqrt;
     const T L2 = dot(d, d) - sum() * sum(), across = cross(f.along, rate);
     return L2 > 0 ? T(kind * across * across / sqrt(L2)) : T(0);
@@ -127,7 +127,8 @@ struct RackMesh : RackFlank {
   }
 
   template <class T>
-  T bend(const FlankOf<T>& f, const Vec2Of<T>& d, const Vec2Of<T>& rate, const T&, const T& wj) const {
+  T velocity_terms(const FlankOf<T>& f, const Vec2Of<T>& d, const Vec2Of<T>& rate, const T&,
+                   const T& wj) const {
     return 2 * wj * dot(perp(f.along), rate) - wj * wj * dot(f.along, d);
   }
 

@@ -237,7 +237,8 @@ struct FlankPair {
     const auto f = mesh.at(link, q, a.d, e);
     const Vec2Of<T> rate = relative_velocity(link, a, v), back = -f.along;
     row.gap = f.gap;
-    row.gamma_n = -(dot(f.along, centripetal(a.ri, wi, a.rj, wj)) + mesh.bend(f, a.d, rate, wi, wj));
+    row.gamma_n =
+        -(dot(f.along, centripetal(a.ri, wi, a.rj, wj)) + mesh.velocity_terms(f, a.d, rate, wi, wj));
     push(row.normal, i, back, T(cross(a.ri, back) + f.turn_i));
     push(row.normal, j, f.along, T(cross(a.rj, f.along) + f.turn_j));
   }

@@ -38,7 +38,8 @@ struct MeshRow {
     const auto f = mesh.at(link, q, a.d, e);
     const T wi = omega(v, link.i), wj = omega(v, link.j);
     const Vec2Of<T> still{wi * wi * a.ri.x() - wj * wj * a.rj.x(), wi * wi * a.ri.y() - wj * wj * a.rj.y()};
-    e.gamma[row] = -(dot(f.along, still) + mesh.bend(f, a.d, relative_velocity(link, a, v), wi, wj));
+    e.gamma[row] =
+        -(dot(f.along, still) + mesh.velocity_terms(f, a.d, relative_velocity(link, a, v), wi, wj));
   }
 };
 
