@@ -83,8 +83,8 @@ class Simulation::Group {
  private:
   struct Member {
     Together one;
-    std::unique_ptr<Implementation::Underway> run = {};  // null: not begun, or ended
-    double cpu = 0;                                      // s
+    std::unique_ptr<Implementation::RunInProgress> run = {};  // null: not begun, or ended
+    double cpu = 0;                                           // s
     Implementation& simulation() const { return *one.simulation->it_; }
     const TracedLanes& traced() const { return *simulation().lanes; }
     bool like(const TracedObject& structure) const { return traced().object.same_structure(structure); }
@@ -93,7 +93,7 @@ class Simulation::Group {
 
   static void alone(const Together& one) {
     auto& s = *one.simulation->it_;
-    auto run = std::make_unique<Implementation::Underway>(s, one.request);
+    auto run = std::make_unique<Implementation::RunInProgress>(s, one.request);
     auto result = run->finish(s.form->run(run->until, run->watch));
     run.reset();
     if (one.ended) one.ended(std::move(result), 0);
@@ -165,7 +165,7 @@ class Simulation::Group {
   LaneRun begin(Member& m) {
     auto& s = m.simulation();
     clock_.begin(m.cpu);
-    m.run = std::make_unique<Implementation::Underway>(s, m.one.request);
+    m.run = std::make_unique<Implementation::RunInProgress>(s, m.one.request);
     return {.formulation = s.form.get(),
             .until = m.run->until,
             .watch = &m.run->watch,

@@ -36,7 +36,7 @@ Layout layout_of(const Scene& scene, const System& system, const State& start);
 struct Simulation::Implementation {
   class Running;
   struct CompileObserver;
-  struct Underway;
+  struct RunInProgress;
 
   Implementation(Scene given, std::string_view formulation, const SimulationOptions& options);
 
@@ -119,8 +119,8 @@ struct Simulation::Implementation::CompileObserver final : Observer, Occasional 
 };
 
 /// A run in progress: its observers, and the clocks.
-struct Simulation::Implementation::Underway {
-  Underway(Implementation& s, const RunRequest& request);
+struct Simulation::Implementation::RunInProgress {
+  RunInProgress(Implementation& s, const RunRequest& request);
   std::vector<Observer*> observers_of(const RunRequest& request);
   Result finish(const Ending& ending);
   /// Time (s) up to which no observer needs steps, except the last one before it.

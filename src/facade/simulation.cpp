@@ -233,7 +233,7 @@ double end_of_run(const RunRequest& request, double duration, double now) {
 
 }  // namespace
 
-Simulation::Implementation::Underway::Underway(Implementation& s, const RunRequest& request)
+Simulation::Implementation::RunInProgress::RunInProgress(Implementation& s, const RunRequest& request)
     : simulation(s),
       until(end_of_run(request, s.scene.run.duration, s.form->state().t)),
       list(request.most_events),
@@ -246,7 +246,7 @@ Simulation::Implementation::Underway::Underway(Implementation& s, const RunReque
   watch.begin(s.form->state());
 }
 
-std::vector<Observer*> Simulation::Implementation::Underway::observers_of(const RunRequest& request) {
+std::vector<Observer*> Simulation::Implementation::RunInProgress::observers_of(const RunRequest& request) {
   auto observers = request.observers;
   if (request.keep_events) observers.push_back(&list);
   if (std::ranges::any_of(observers, [&](const Observer* o) {
@@ -265,14 +265,14 @@ std::vector<Observer*> Simulation::Implementation::Underway::observers_of(const 
   return observers;
 }
 
-double Simulation::Implementation::Underway::next_shown() const {
+double Simulation::Implementation::RunInProgress::next_shown() const {
   double next = INFINITY;
   if (every_step) return -next;
   for (const auto* o : occasional) next = std::min(next, o->next());
   return next;
 }
 
-std::function<void(const Step&)> Simulation::Implementation::Underway::follow(
+std::function<void(const Step&)> Simulation::Implementation::RunInProgress::follow(
     const std::vector<Observer*>& followers) {
   const bool samples = watch.wants_samples();
   if (!samples && followers.empty()) return {};
@@ -282,7 +282,7 @@ std::function<void(const Step&)> Simulation::Implementation::Underway::follow(
   };
 }
 
-Result Simulation::Implementation::Underway::finish(const Ending& ending) {
+Result Simulation::Implementation::RunInProgress::finish(const Ending& ending) {
   auto& s = simulation;
   watch.end(ending, s.form->state().t, s.form->log());
   auto result = s.summary(ending);
@@ -301,7 +301,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 Result Simulation::run(const RunRequest& request) {
-  Implementation::Underway run(*it_, request);
+  Implementation::RunInProgress run(*it_, request);
   auto& form = *it_->form;
   // Runs of a study share lanes with each other.
   if (run.every_step || it_->structures) return run.finish(form.run(run.until, run.watch));
