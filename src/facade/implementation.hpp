@@ -42,7 +42,7 @@ struct Simulation::Implementation {
 
   /// A formulation that starts at this state. Its treatment of the constraint rows depends on the
   /// state.
-  std::unique_ptr<Formulation> begun(const State& at) const;
+  std::unique_ptr<Formulation> make_formulation(const State& at) const;
   void save(MemoryWriter& m) {
     m(start.t, start.q, start.v);
     form->save(m);

@@ -79,14 +79,14 @@ Simulation::Implementation::Implementation(Scene given, std::string_view formula
       start(start_of(scene, family, system, options, assumed)),
       restitution(matched_restitution(family, options.matched, scene, system)),
       layout(layout_of(scene, system, start)),
-      form(begun(start)),
+      form(make_formulation(start)),
       sensors(scene.instruments, layout, start.q.size(), noise_of_run()),
       compile(compile_choice(options.compile)),
       structures(options.structures) {
   if (compile == Compile::always) compile_now(options.stop);
 }
 
-std::unique_ptr<Formulation> Simulation::Implementation::begun(const State& at) const {
+std::unique_ptr<Formulation> Simulation::Implementation::make_formulation(const State& at) const {
   return make(family, scene, system, at, restitution.value_or(std::vector<double>{}));
 }
 
@@ -154,7 +154,7 @@ void Simulation::Implementation::load(const std::vector<std::byte>& memory) {
     throw MemoryError("the snapshot belongs to another mechanism");
   const bool elsewhere = begin.t != start.t || begin.q != start.q || begin.v != start.v;
   auto there = elsewhere ? layout_of(scene, system, begin) : layout;
-  auto loaded = begun(begin);
+  auto loaded = make_formulation(begin);
   loaded->load(m);
   m.part("sensors");
   Sensors read = sensors;
