@@ -60,7 +60,7 @@ class SharedClock {
 /// One call of run_together().
 class Simulation::Group {
  public:
-  explicit Group(const std::function<std::optional<Together>()>& next) : next_(next) {}
+  explicit Group(const std::function<std::optional<LaneJob>()>& next) : next_(next) {}
 
   void run() {
     for (;;) {
@@ -82,7 +82,7 @@ class Simulation::Group {
 
  private:
   struct Member {
-    Together one;
+    LaneJob one;
     std::unique_ptr<Implementation::RunInProgress> run = {};  // null: not begun, or ended
     double cpu = 0;                                           // s
     Implementation& simulation() const { return *one.simulation->it_; }
@@ -91,7 +91,7 @@ class Simulation::Group {
   };
   using Members = std::deque<std::unique_ptr<Member>>;
 
-  static void alone(const Together& one) {
+  static void alone(const LaneJob& one) {
     auto& s = *one.simulation->it_;
     auto run = std::make_unique<Implementation::RunInProgress>(s, one.request);
     auto result = run->finish(s.form->run(run->until, run->watch));
@@ -183,14 +183,14 @@ class Simulation::Group {
     if (m.one.ended) m.one.ended(std::move(result), in_lanes);
   }
 
-  const std::function<std::optional<Together>()>& next_;
+  const std::function<std::optional<LaneJob>()>& next_;
   Members kept_;
   std::shared_ptr<const TracedLanes> like_;  // of an earlier run, whose structure the next one probably has
   std::shared_ptr<const TracedLanes> declined_;  // a structure without functions of lanes
   SharedClock clock_;
 };
 
-void Simulation::run_together(const std::function<std::optional<Together>()>& next) { Group(next).run(); }
+void Simulation::run_together(const std::function<std::optional<LaneJob>()>& next) { Group(next).run(); }
 
 int Simulation::most_together() { return lanes_of_machine(); }
 

@@ -100,7 +100,7 @@ class Simulation {
   Result run(const RunRequest& request = {});
 
   /// A simulation and its request, for run_together().
-  struct Together {
+  struct LaneJob {
     Simulation* simulation;  ///< not owned
     RunRequest request;      ///< as for run()
     /// The observers need only the steps from the last one before this time (s) on; they get all events
@@ -116,7 +116,7 @@ class Simulation {
   /// lanes: together, wherever no observer sees them (docs/theory/compiled.md). `next` is asked whenever a
   /// lane is empty, and when it had none, again after each end of a run. It may return a simulation whose run
   /// has ended, for another one. An exception of any run leaves all.
-  static void run_together(const std::function<std::optional<Together>()>& next);
+  static void run_together(const std::function<std::optional<LaneJob>()>& next);
   /// Greatest number of simulations that run_together() can step together on this machine.
   static int most_together();
 

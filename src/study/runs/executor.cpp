@@ -67,7 +67,7 @@ void run_all(int most, const NextRun& next, const RunEnded& done) {
   }
   std::deque<std::shared_ptr<StudyRun>> going_on;  // to their next requests
   int begun = 0;
-  Simulation::run_together([&]() -> std::optional<Simulation::Together> {
+  Simulation::run_together([&]() -> std::optional<Simulation::LaneJob> {
     std::shared_ptr<StudyRun> run;
     if (!going_on.empty()) {
       run = std::move(going_on.front());
@@ -77,20 +77,20 @@ void run_all(int most, const NextRun& next, const RunEnded& done) {
       ++begun;
     }
     auto* r = run.get();
-    return Simulation::Together{.simulation = &r->simulation(),
-                                .request = r->request(),
-                                .next_shown = [r] { return r->next_shown(); },
-                                .followers = r->followers(),
-                                .ended =
-                                    [&, run](Result result, long in_lanes) {
-                                      run->in_lanes += in_lanes;
-                                      if (run->take(std::move(result))) {
-                                        going_on.push_back(run);
-                                      } else {
-                                        --begun;
-                                        done(*run);
-                                      }
-                                    }};
+    return Simulation::LaneJob{.simulation = &r->simulation(),
+                               .request = r->request(),
+                               .next_shown = [r] { return r->next_shown(); },
+                               .followers = r->followers(),
+                               .ended =
+                                   [&, run](Result result, long in_lanes) {
+                                     run->in_lanes += in_lanes;
+                                     if (run->take(std::move(result))) {
+                                       going_on.push_back(run);
+                                     } else {
+                                       --begun;
+                                       done(*run);
+                                     }
+                                   }};
   });
 }
 

@@ -24,9 +24,9 @@ class StudyRun {
   virtual Simulation& simulation() = 0;
   /// What is run next.
   virtual RunRequest request() = 0;
-  /// As Simulation::Together.
+  /// As Simulation::LaneJob.
   virtual double next_shown() const = 0;
-  /// As Simulation::Together.
+  /// As Simulation::LaneJob.
   virtual std::vector<Observer*> followers() const { return {}; }
   /// Takes the result of the last request. Returns whether there is another request.
   virtual bool take(Result result) = 0;

@@ -116,10 +116,10 @@ class LaneScenes {
 };
 
 /// Results of simulations that run together, in their order; `in_lanes` counts the steps made in lanes.
-std::vector<Result> run_together(const std::vector<Simulation::Together>& all, long& in_lanes) {
+std::vector<Result> run_together(const std::vector<Simulation::LaneJob>& all, long& in_lanes) {
   std::vector<Result> results(all.size());
   std::size_t next = 0;
-  Simulation::run_together([&]() -> std::optional<Simulation::Together> {
+  Simulation::run_together([&]() -> std::optional<Simulation::LaneJob> {
     if (next == all.size()) return {};
     auto one = all[next];
     one.ended = [&, place = next++](Result result, long steps) {
@@ -147,7 +147,7 @@ void compare_lanes(unsigned seed, int index, double steps, int lanes, LaneCounts
   std::vector<Simulation> together;
   for (const auto& scene : scenes)
     together.emplace_back(scene, "nonsmooth", SimulationOptions{.compile = Compile::always});
-  std::vector<Simulation::Together> all;
+  std::vector<Simulation::LaneJob> all;
   for (std::size_t i = 0; i < together.size(); ++i)
     all.push_back({&together[i], {.until = kind.step() * (steps - 7.3 * static_cast<double>(i))}, [] {
                      return INFINITY;
@@ -213,7 +213,7 @@ TEST_CASE("runs of different structures together are runs alone", "[lanes][compi
   std::vector<Simulation> together;
   for (const auto& scene : scenes)
     together.emplace_back(scene, "nonsmooth", SimulationOptions{.compile = Compile::always});
-  std::vector<Simulation::Together> all;
+  std::vector<Simulation::LaneJob> all;
   for (auto& simulation : together) all.push_back({&simulation, {.until = 0.01}, [] { return INFINITY; }});
   long in_lanes = 0;
   const auto found = run_together(all, in_lanes);
