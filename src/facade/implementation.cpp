@@ -58,9 +58,9 @@ class SharedClock {
 };
 
 /// One call of run_together().
-class Simulation::Group {
+class Simulation::LaneJobs {
  public:
-  explicit Group(const std::function<std::optional<LaneJob>()>& next) : next_(next) {}
+  explicit LaneJobs(const std::function<std::optional<LaneJob>()>& next) : next_(next) {}
 
   void run() {
     for (;;) {
@@ -190,7 +190,7 @@ class Simulation::Group {
   SharedClock clock_;
 };
 
-void Simulation::run_together(const std::function<std::optional<LaneJob>()>& next) { Group(next).run(); }
+void Simulation::run_together(const std::function<std::optional<LaneJob>()>& next) { LaneJobs(next).run(); }
 
 int Simulation::most_together() { return lanes_of_machine(); }
 

@@ -144,7 +144,7 @@ class Simulation {
 
  private:
   struct Implementation;
-  class Group;
+  class LaneJobs;
   std::unique_ptr<Implementation> it_;
 };
 
