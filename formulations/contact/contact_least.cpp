@@ -214,7 +214,7 @@ struct Mode {
 
 /// Least impulses of an island over all its modes or, if there are too many, over the mode of the
 /// present impulses.
-bool take_least_of_island(ContactEquations& p) {
+bool use_least_impulses_of_island(ContactEquations& p) {
   auto& unknowns = p.unknowns;
   const Scaled scaled(p);
   Mode mode(scaled);
@@ -297,7 +297,7 @@ bool wants_least(Least least, const ContactEquations& p, SolverRoom& room) {
   return !((alone || smooth) && regular(p, room));
 }
 
-bool take_least(ContactEquations& p, double accepted, bool solved) {
+bool use_least_impulses(ContactEquations& p, double accepted, bool solved) {
   std::vector<int> label, members;
   const int islands = p.label_islands(label);
   bool found = true;
@@ -306,7 +306,7 @@ bool take_least(ContactEquations& p, double accepted, bool solved) {
     const double left = solved ? part.residual() : INFINITY;
     // With rounding, the least impulses may have a greater residual than the solver's; the solver's
     // are then kept.
-    if (members.size() > most_for_least_of_mode || !take_least_of_island(part) ||
+    if (members.size() > most_for_least_of_mode || !use_least_impulses_of_island(part) ||
         !(part.residual() <= std::max({accepted, part.attainable(), left}))) {
       found = false;
       continue;

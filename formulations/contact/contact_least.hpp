@@ -18,6 +18,6 @@ bool wants_least(Least least, const ContactEquations& p, SolverRoom& room);
 /// unknowns, and within the motion that the solver found (`solved`: there is one) for islands of up
 /// to most_for_least_of_mode. Larger islands keep the solver's impulses. Returns true if all
 /// islands have their least impulses.
-bool take_least(ContactEquations& p, double accepted, bool solved);
+bool use_least_impulses(ContactEquations& p, double accepted, bool solved);
 
 }  // namespace freeplay

@@ -272,7 +272,7 @@ ContactSolution ContactProblem::solve() {
   s.solved = false;
   if (static_cast<int>(unknowns.size()) > most_for_lemke && solver_ == LcpSolver::automatic &&
       by_islands(s)) {
-    if (s.solved && wants_least(least, *this, room_)) take_least(*this, accepted, true);
+    if (s.solved && wants_least(least, *this, room_)) use_least_impulses(*this, accepted, true);
     finish(s, size);
     return s;
   }
@@ -317,7 +317,7 @@ ContactSolution ContactProblem::solve() {
   }
   s.solved = s.solved || (std::isfinite(size) && finite() && by_modes(s));
   if (least != Least::never && std::isfinite(size) && finite() && wants_least(least, *this, room_)) {
-    s.solved = take_least(*this, accepted, s.solved) || s.solved;
+    s.solved = use_least_impulses(*this, accepted, s.solved) || s.solved;
     assessed = false;
   }
   if (!assessed) s.residual_rate = residual();
