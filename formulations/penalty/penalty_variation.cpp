@@ -142,7 +142,7 @@ void PenaltyVariation::end_step() {
     }
     advance(x, t_old + done, h - done, used);
   }
-  pass();
+  cross_events();
 }
 
 /// The time from t at which a contact force reaches or leaves its clamp at zero, a kink of f, in a step from

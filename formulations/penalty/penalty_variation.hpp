@@ -39,7 +39,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   void trace(TracedEquations& traced, const State& near);
   /// Keeps the mode before a step.
   void begin_step();
-  /// After a step: advances S, and passes the event at its end, if there is one.
+  /// After a step: advances S, and carries it across the event at its end, if there is one.
   void end_step();
   /// Also leaves out the impulses of the present contacts.
   void forget_onsets() override {
@@ -63,8 +63,8 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   bool choose_shifts(const Vector& x, double t, double h);
   /// Adds `sign` times f dt at a state to S, and to the integrals.
   void shift(const Vector& x, double t, double sign);
-  void pass();
-  void pass_limits();
+  void cross_events();
+  void cross_limits();
   EventMap event_at(const Vector& x, double t, Side before, Side after);
   /// dt of each column for a root of a function.
   void set_times(EventMap& e, const Function& value);

@@ -31,10 +31,10 @@ void PenaltyVariation::set_times(EventMap& e, const Function& value) {
   VariedColumns::set_times(e, value, rate, nullptr, false);
 }
 
-void PenaltyVariation::pass() {
+void PenaltyVariation::cross_events() {
   const auto& d = run_.dynamics();
   const double t = run_.t();
-  pass_limits();
+  cross_limits();
   struct Changed {
     int contact;
     bool gap;
@@ -119,7 +119,7 @@ void PenaltyVariation::pass() {
 }
 
 /// Limits of controllers at which a step ends. The rates of their states may jump there.
-void PenaltyVariation::pass_limits() {
+void PenaltyVariation::cross_limits() {
   const double t = run_.t();
   auto x = run_.x();
   x.insert(x.end(), retained_.begin(), retained_.end());
