@@ -159,7 +159,7 @@ bool EventDriven::change_mode() {
   d.project(x, t, forces_.impulses_before());
   record(was_closed);
   if (variation_)
-    variation_->pass(d, {last_, t, before, x, impacts_.in_impact(), impacts_.ended(), impacts_});
+    variation_->cross_event(d, {last_, t, before, x, impacts_.in_impact(), impacts_.ended(), impacts_});
   method_.start(d, t, std::vector<double>(x));
   search_.mark_gaps(d, method_, true);
   return true;

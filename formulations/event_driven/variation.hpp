@@ -54,7 +54,7 @@ inline double further_spacing(const EventDynamics&, const std::vector<double>&, 
 class Variation : public VariedColumns<EventDynamics> {
  public:
   /// An event as the stepper processed it.
-  struct Passed {
+  struct ProcessedEvent {
     ModeEvent event;
     double t = 0;
     const Vector& before;               ///< x⁻, before the projection
@@ -78,7 +78,7 @@ class Variation : public VariedColumns<EventDynamics> {
   void advance(const EventDynamics& dynamics, double t_old, const Vector& x_old, double t);
   /// Keeps the mode before an event.
   void begin_event(const EventDynamics& dynamics);
-  void pass(const EventDynamics& dynamics, const Passed& passed);
+  void cross_event(const EventDynamics& dynamics, const ProcessedEvent& passed);
   /// Continues with the columns of time stepping: the next event is no start, even if it has no kind.
   void continue_from(const Variation& stepped) {
     take_columns(stepped);
@@ -86,7 +86,7 @@ class Variation : public VariedColumns<EventDynamics> {
     continued_ = true;
   }
   /// Called at each event, with the dynamics in the mode after it.
-  std::function<void(const EventDynamics&, const Passed&)> on_event;
+  std::function<void(const EventDynamics&, const ProcessedEvent&)> on_event;
   /// Errors of impacts, to which the columns respond as to those of a parameter.
   std::function<ImpactError(int contact)> impact_error;
   /// Projects the columns onto the constraints of the present mode, as the motion is projected: removes
@@ -103,11 +103,12 @@ class Variation : public VariedColumns<EventDynamics> {
   }
   void set_times(EventMap& e, const ModeEvent& event);
   void jump(const EventMap& e, const std::vector<int>& in_impact, const std::vector<int>& ended);
-  void pass_impacts(const EventDynamics& d, const Passed& p, EventMap e, const std::vector<int>& onsets);
-  void keep_start(const EventDynamics& d, const Passed& p);
+  void cross_impacts(const EventDynamics& d, const ProcessedEvent& p, EventMap e,
+                     const std::vector<int>& onsets);
+  void keep_start(const EventDynamics& d, const ProcessedEvent& p);
   bool coupled(const Vector& x, double t, const std::vector<int>& ended, const std::vector<int>& onsets,
                const std::vector<int>& closed);
-  double change_by_order(const Passed& p, int a, int b, const std::vector<int>& closed);
+  double change_by_order(const ProcessedEvent& p, int a, int b, const std::vector<int>& closed);
 
  private:
   std::unique_ptr<EventDynamics> after_;  // of the nominal system, in the mode after an event

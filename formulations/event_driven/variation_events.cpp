@@ -84,7 +84,7 @@ Variation::Function Variation::jump_of(const std::vector<int>& in_impact,
 
 void Variation::begin_event(const EventDynamics& d) { take_mode(d); }
 
-void Variation::pass(const EventDynamics& d, const Passed& p) {
+void Variation::cross_event(const EventDynamics& d, const ProcessedEvent& p) {
   if (on_event) on_event(d, p);
   mode_known_ = false;
   after_->take_mode(d);
@@ -110,7 +110,7 @@ void Variation::pass(const EventDynamics& d, const Passed& p) {
   }
   using Kind = ModeEvent::Kind;
   if (!onsets.empty()) {
-    pass_impacts(d, p, std::move(e), onsets);
+    cross_impacts(d, p, std::move(e), onsets);
     // Contacts that others keep closed begin without an event of their own, whose time would have a
     // derivative.
     bool closes = false;
@@ -194,7 +194,7 @@ bool Variation::coupled(const Vector& x, double t, const std::vector<int>& ended
 
 /// The greatest difference (m/s) between the velocities after the impacts of two contacts one by one, in
 /// either order, until none approaches.
-double Variation::change_by_order(const Passed& p, int a, int b, const std::vector<int>& closed) {
+double Variation::change_by_order(const ProcessedEvent& p, int a, int b, const std::vector<int>& closed) {
   constexpr int most_impacts = 100;
   const int n = probe_->system.n();
   const std::vector<int> none;
@@ -219,8 +219,8 @@ double Variation::change_by_order(const Passed& p, int a, int b, const std::vect
   return probe_->greatest(x.data() + n);
 }
 
-void Variation::pass_impacts(const EventDynamics& d, const Passed& p, EventMap e,
-                             const std::vector<int>& onsets) {
+void Variation::cross_impacts(const EventDynamics& d, const ProcessedEvent& p, EventMap e,
+                              const std::vector<int>& onsets) {
   const int n = d.system.n();
   std::vector<int> closed;
   for (const int k : p.in_impact)
@@ -318,7 +318,7 @@ void Variation::pass_impacts(const EventDynamics& d, const Passed& p, EventMap e
 
 /// At a start or knot, contacts close that were open before: S must keep them closed. Otherwise the
 /// neighbouring motions separate or approach on one side.
-void Variation::keep_start(const EventDynamics& d, const Passed& p) {
+void Variation::keep_start(const EventDynamics& d, const ProcessedEvent& p) {
   const int n = d.system.n();
   const auto check = [&](const char* what, const std::string& name, const Function& value,
                          const SparseRow& row, bool rates) {

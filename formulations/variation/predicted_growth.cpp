@@ -91,7 +91,7 @@ double PredictedGrowth::divergence(const Vector& x, double t) {
 }
 
 /// The contribution of an event. `probe_` has the mode before.
-void PredictedGrowth::pass(const EventDynamics& d, const Variation::Passed& p) {
+void PredictedGrowth::cross_event(const EventDynamics& d, const Variation::ProcessedEvent& p) {
   if (!logs_.unknown.empty()) return;
   std::vector<int> onsets;
   for (const int k : p.in_impact)
@@ -101,7 +101,7 @@ void PredictedGrowth::pass(const EventDynamics& d, const Variation::Passed& p) {
         fmt::format("t = {:.9g} s: a contact lasts or a joint sticks; the volume of all own coordinates "
                     "vanishes",
                     p.t));
-  if (!onsets.empty()) return pass_impact(d, p, onsets);
+  if (!onsets.empty()) return cross_impact(d, p, onsets);
   if (p.event.kind != ModeEvent::Kind::slide_slip) return;
   // The sliding of a joint is reversed without sticking.
   const int k = p.event.index;
@@ -121,8 +121,8 @@ void PredictedGrowth::pass(const EventDynamics& d, const Variation::Passed& p) {
   logs_.impacts += std::log(std::abs(acceleration(*after, p.after) / acceleration(*probe_, p.before)));
 }
 
-void PredictedGrowth::pass_impact(const EventDynamics& d, const Variation::Passed& p,
-                                  const std::vector<int>& onsets) {
+void PredictedGrowth::cross_impact(const EventDynamics& d, const Variation::ProcessedEvent& p,
+                                   const std::vector<int>& onsets) {
   const int n = system_.n();
   const auto rate = [&](int k, const Vector& x) { return probe_->look(k, x, p.t).normal.dot(x.data() + n); };
   if (p.in_impact.size() == 1 && probe_->look(onsets[0], p.before, p.t).tangent.size == 0) {

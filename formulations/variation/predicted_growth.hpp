@@ -41,12 +41,13 @@ class PredictedGrowth {
   void begin_step(const EventDynamics& mode) { take_varied_mode(*probe_, mode); }
   void end_step(const EventDriven& scheme);
   /// At an event, with the mode after it; see Variation::on_event.
-  void pass(const EventDynamics& d, const Variation::Passed& passed);
+  void cross_event(const EventDynamics& d, const Variation::ProcessedEvent& passed);
 
  private:
   using Vector = std::vector<double>;
   double divergence(const Vector& x, double t);
-  void pass_impact(const EventDynamics& d, const Variation::Passed& p, const std::vector<int>& onsets);
+  void cross_impact(const EventDynamics& d, const Variation::ProcessedEvent& p,
+                    const std::vector<int>& onsets);
   void leave_unknown(const std::string& reason) {
     if (logs_.unknown.empty()) logs_.unknown = reason;
   }

@@ -9,7 +9,7 @@
 namespace freeplay {
 
 /// Passes the contact onsets of a step. Returns the time reached.
-double StepVariation::pass_onsets(const Step& s, const Step* next, Vector& x) {
+double StepVariation::cross_onsets(const Step& s, const Step* next, Vector& x) {
   const auto& system = mode_.system;
   const int n = system.n();
   const double h = s.t - s.t_old;
@@ -51,7 +51,7 @@ double StepVariation::pass_onsets(const Step& s, const Step* next, Vector& x) {
   double t = s.t_old;
   for (const auto& impact : list) {
     advance(x, t, impact.t);
-    pass_impact(s, next, impact, &impact == &list.back(), x);
+    cross_impact(s, next, impact, &impact == &list.back(), x);
   }
   return t;
 }
@@ -74,7 +74,8 @@ bool StepVariation::closes_again(const Step& s, int k) {
 }
 
 /// One impact, or the onset of a lasting contact, at the state x, which is replaced by the state after it.
-void StepVariation::pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x) {
+void StepVariation::cross_impact(const Step& s, const Step* next, const Impact& impact, bool last,
+                                 Vector& x) {
   const auto& system = mode_.system;
   const int k = impact.contact, n = system.n();
   const double t = impact.t, h = s.t - s.t_old;
@@ -122,7 +123,7 @@ void StepVariation::pass_impact(const Step& s, const Step* next, const Impact& i
   for (std::size_t j = 0; next && last && j < s.slips.size(); ++j) mode_.preloaded[j].slip = next->slips[j];
   mode_.project(after, t);
   const auto known = onsets_.size();
-  pass(mode_, {event, t, x, after, in_impact, ended, impacts_});
+  cross_event(mode_, {event, t, x, after, in_impact, ended, impacts_});
   if (onsets_.size() == known)
     record(s, k, fmt::format("t = {:.9g} s: contact {} closes without approach", t, name));
   auto& onset = onsets_.back();

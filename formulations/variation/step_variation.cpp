@@ -134,7 +134,7 @@ void StepVariation::follow(const Step& s, const Step* next) {
   first_ = false;
   if (any) {
     begin_mode();
-    t = pass_onsets(s, next, x);
+    t = cross_onsets(s, next, x);
   } else {
     enter_mode(s, x, t);
     t = end_sliding(s, x);
@@ -155,7 +155,7 @@ void StepVariation::close_at_start(const Step& s) {
     mode_.contacts[k].slip = c.slip;
   }
   for (std::size_t k = 0; k < s.slips.size(); ++k) mode_.preloaded[k].slip = s.slips[k];
-  pass_at(s.x_old, {ModeEvent::Kind::none, -1, s.t_old});
+  cross_at(s.x_old, {ModeEvent::Kind::none, -1, s.t_old});
 }
 
 /// Pieces of torque tables and one-way forces at the beginning of a step. Where a force jumps between them, S
@@ -180,7 +180,7 @@ void StepVariation::follow_phases(const Vector& x, double t, double h) {
       const ModeEvent event{up ? Kind::phase_up : Kind::phase_down, k, t + tau.value_or(0)};
       const auto last = up ? here.high : here.low;
       mode_.phases.cross(mode_.system, {k, up, event.t});
-      pass_at(y, event);
+      cross_at(y, event);
       if (!(up ? mode_.phases.pieces()[k].low >= last : mode_.phases.pieces()[k].high <= last)) break;
     }
   mode_.phases = std::move(now);
@@ -208,7 +208,7 @@ void StepVariation::follow_limits(const Vector& x, double t, double h) {
       const auto tau = root_within(x, t, 2 * h, left);
       const auto y = tau ? flow(x, t, *tau) : x;
       const ModeEvent event{border > 0 ? Kind::limit_up : Kind::limit_down, k, t + tau.value_or(0)};
-      pass_at(y, event);
+      cross_at(y, event);
     }
   }
 }
@@ -294,7 +294,7 @@ double StepVariation::end_sliding(const Step& s, Vector& x) {
     else
       mode_.preloaded[e.index].slip = s.slips[place];
   }
-  if (tau) pass_at(x, event);
+  if (tau) cross_at(x, event);
   begin_mode();
   if (!turns) project_columns(x, t);
   return t;

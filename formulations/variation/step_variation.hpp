@@ -79,9 +79,9 @@ class StepVariation : public Variation {
   void enter_mode(const Step& s, const Vector& x, double t);
   bool stays(const Step& s, int k, const Vector& x, double t);
   double end_sliding(const Step& s, Vector& x);
-  double pass_onsets(const Step& s, const Step* next, Vector& x);
+  double cross_onsets(const Step& s, const Step* next, Vector& x);
   bool closes_again(const Step& s, int k);
-  void pass_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
+  void cross_impact(const Step& s, const Step* next, const Impact& impact, bool last, Vector& x);
   /// The time from t, at most `most` in either direction, at which a value with this rate vanishes on the
   /// motion from x, by Newton's method from tau.
   template <class Value>
@@ -100,9 +100,9 @@ class StepVariation : public Variation {
   void record(const Step& s, int k, const std::string& why);
   void begin_mode() { begin_event(mode_); }
   /// Passes an event without an impact at x, where the motion goes on.
-  void pass_at(const Vector& x, const ModeEvent& event) {
+  void cross_at(const Vector& x, const ModeEvent& event) {
     const std::vector<int> none;
-    pass(mode_, {event, event.t, x, x, none, none, impacts_});
+    cross_event(mode_, {event, event.t, x, x, none, none, impacts_});
   }
 
   EventDynamics& mode_;

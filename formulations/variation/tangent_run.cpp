@@ -86,7 +86,9 @@ void TangentRun::vary(const std::vector<Vector>& vectors) {
   if (events_.predict) {
     growth_.emplace(own_, restitution_of(run_), *events(),
                     run_.equations->of(run_.system, keys, now(), SystemTangent::Use::modes));
-    variation.on_event = [this](const EventDynamics& d, const Variation::Passed& p) { growth_->pass(d, p); };
+    variation.on_event = [this](const EventDynamics& d, const Variation::ProcessedEvent& p) {
+      growth_->cross_event(d, p);
+    };
   }
   variation.project_columns(events()->dynamics(), x(), t());
 }
