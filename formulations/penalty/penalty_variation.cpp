@@ -123,7 +123,7 @@ void PenaltyVariation::end_step() {
     take_knot(probe_->system, t_old, run_.dynamics().knot);
     auto x = run_.x_old();
     x.insert(x.end(), retained_.begin(), retained_.end());
-    const int count = parts(x, t_old, h, run_.x());
+    const int count = part_count(x, t_old, h, run_.x());
     if (count > most_parts)
       refuse(
           fmt::format("t = {:.9g} s: the motion is too stiff for the explicit method of derivatives", t_old));
@@ -215,7 +215,7 @@ void PenaltyVariation::shift(const Vector& x, double t, double sign) {
 
 /// The number of equal parts, a power of two, in which Dormand and Prince's stages repeat the step to
 /// `end`, or agree with themselves where the run's method has a greater error.
-int PenaltyVariation::parts(const Vector& x, double t, double h, const Vector& end) {
+int PenaltyVariation::part_count(const Vector& x, double t, double h, const Vector& end) {
   Vector last;
   const double tolerance = std::max(norm_.tolerance, least_closure);
   const auto error = [&](const Vector& a, const Vector& b) {

@@ -57,7 +57,7 @@ class PenaltyVariation : public VariedColumns<ExtendedPenalty> {
   };
   Vector with_retained(const PenaltyDynamics& d) const;
   void begin(const Scene& scene, double t, bool resumed);
-  int parts(const Vector& x, double t, double h, const Vector& end);
+  int part_count(const Vector& x, double t, double h, const Vector& end);
   std::optional<double> clamp_within(const Vector& x, double t, double h, const Vector& end);
   void advance(Vector& x, double t, double h, int count);
   bool choose_shifts(const Vector& x, double t, double h);
