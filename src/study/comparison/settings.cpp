@@ -227,7 +227,7 @@ std::vector<Scene> perturbed_starts(const Scene& scene, const Sampling& sampling
   if (sampling.starts < 2 || contact_names(scene.mechanism).empty() || !differ(scene, sampling.how))
     return starts;
   try {
-    const auto near = near_pose(scene, conduct.stop);
+    const auto near = ideal_pose(scene, conduct.stop);
     for (int i = 0; i < sampling.starts; ++i) {
       auto moved = perturbed(scene, near, conduct.stop, sampling.seed, first + i, sampling.how);
       moved.instruments.clear();

@@ -148,7 +148,7 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
         "--rows {}: bands of {} starts and {} columns need {:.3g} GB of memory, above the limit of {:.0f}; "
         "use fewer rows or columns",
         plan.rows, plan.starts, columns_.size(), 1e-9 * bytes, 1e-9 * most_bytes));
-  near_ = near_pose(scene, plan.stop);
+  near_ = ideal_pose(scene, plan.stop);
 }
 
 /// One start: its simulation and observers.

@@ -154,7 +154,7 @@ Scene moved(const Study& study, const Case& one, const Scene& scene, const Condu
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(fmt::format("{}: starts in equilibrium, which cannot be perturbed; use study.play = 0",
                                  scene.file.string()));
-  return perturbed(scene, near_pose(scene, conduct.stop, *conduct.shared), conduct.stop, study.starts.seed,
+  return perturbed(scene, ideal_pose(scene, conduct.stop, *conduct.shared), conduct.stop, study.starts.seed,
                    one.start, study.starts.perturbation);
 }
 

@@ -18,7 +18,7 @@
 
 namespace freeplay {
 
-std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
+std::vector<double> ideal_pose(const Scene& scene, const StopToken& stop) {
   using Start = RunOptions::Start;
   if (scene.run.start == Start::given || scene.run.start == Start::equilibrium) return {};
   try {
@@ -36,11 +36,11 @@ std::vector<double> near_pose(const Scene& scene, const StopToken& stop) {
   }
 }
 
-std::vector<double> near_pose(const Scene& scene, const StopToken& stop, SharedResults& shared) {
+std::vector<double> ideal_pose(const Scene& scene, const StopToken& stop, SharedResults& shared) {
   Scene ideal = scene;
   ideal.mechanism = idealised(scene.mechanism);
   ideal.instruments.clear();
-  return shared.poses(identify(ideal, "penalty", false).digest(), [&] { return near_pose(scene, stop); });
+  return shared.poses(identify(ideal, "penalty", false).digest(), [&] { return ideal_pose(scene, stop); });
 }
 
 namespace {
@@ -111,7 +111,7 @@ void require_differing_starts(const Scene& scene, const Perturbation& how, const
 
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how) {
-  return perturbed(scene, near_pose(scene, stop), stop, seed, start, how);
+  return perturbed(scene, ideal_pose(scene, stop), stop, seed, start, how);
 }
 
 Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopToken& stop,

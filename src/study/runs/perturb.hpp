@@ -28,10 +28,10 @@ struct SharedResults;
 
 /// q (m, rad) of the ideal mechanism. Empty if it has degrees of freedom, cannot be closed, or if
 /// the scene prescribes the positions. Throws Interrupted.
-std::vector<double> near_pose(const Scene& scene, const StopToken& stop);
+std::vector<double> ideal_pose(const Scene& scene, const StopToken& stop);
 
 /// Likewise, computed once for each distinct ideal mechanism.
-std::vector<double> near_pose(const Scene& scene, const StopToken& stop, SharedResults& shared);
+std::vector<double> ideal_pose(const Scene& scene, const StopToken& stop, SharedResults& shared);
 
 /// Size of the perturbations.
 struct Perturbation {
@@ -54,7 +54,7 @@ void require_differing_starts(const Scene& scene, const Perturbation& how, const
 /// its angle. Throws SceneError if the ideal mechanism cannot be assembled or moved.
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
                 const Perturbation& how);
-/// As above, for many starts: `near` is the scene's near_pose().
+/// As above, for many starts: `near` is the scene's ideal_pose().
 Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopToken& stop,
                 std::uint64_t seed, int start, const Perturbation& how);
 

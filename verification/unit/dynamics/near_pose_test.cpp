@@ -12,7 +12,7 @@ TEST_CASE("perturbed starts are the same from an initial guess as from the given
     CAPTURE(scene_of);
     const auto scene = open_scene(test::source_folder() / "cases" / scene_of / "scene.toml");
     if (!differ(*scene, {})) continue;
-    const auto near = near_pose(*scene, {});
+    const auto near = ideal_pose(*scene, {});
     for (int start = 0; start < 4; ++start) {
       const auto a = perturbed(*scene, near, {}, 5, start, {}),
                  b = perturbed(*scene, std::vector<double>(), {}, 5, start, {});
@@ -28,7 +28,7 @@ TEST_CASE("perturbed starts are the same from an initial guess as from the given
 }
 
 TEST_CASE("an initial guess exists only for mechanisms that close in isolated poses", "[study][near]") {
-  CHECK(near_pose(*open_scene(test::flores()), {}).size() == 9);
-  CHECK(near_pose(*open_scene(test::source_folder() / "cases/double-pendulum/scene.toml"), {}).empty());
-  CHECK(near_pose(*open_scene(test::flores(), {"run.start=equilibrium"}), {}).empty());
+  CHECK(ideal_pose(*open_scene(test::flores()), {}).size() == 9);
+  CHECK(ideal_pose(*open_scene(test::source_folder() / "cases/double-pendulum/scene.toml"), {}).empty());
+  CHECK(ideal_pose(*open_scene(test::flores(), {"run.start=equilibrium"}), {}).empty());
 }
