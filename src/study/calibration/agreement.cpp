@@ -269,7 +269,7 @@ double measured_statistic(const Study& study, Target& target, const Conduct& con
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};
   const auto scene = scene_of(study, one, conduct);
   const double speed = main_drive(scene.mechanism)->speed;
-  const auto ideal = ideal_turn(study, scene, study.calibration->formulation, conduct);
+  const auto ideal = ideal_metrics(study, scene, study.calibration->formulation, conduct);
   const auto data =
       read_measurement(target.data, speed, ideal.value[TurnMetrics::peak_max], study.accelerometer);
   target.sampling = data.sampling;

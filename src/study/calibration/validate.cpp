@@ -121,7 +121,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   auto study = study_of(scene);
   const auto* drive = main_drive(scene.mechanism);
   Validation v;
-  const auto ideal = ideal_turn(study, scene, "penalty", conduct);
+  const auto ideal = ideal_metrics(study, scene, "penalty", conduct);
   v.ideal_maximum = ideal.value[TurnMetrics::peak_max];
   const auto measured = read_measurement(data, drive->speed, v.ideal_maximum, study.accelerometer);
   v.sampling = measured.sampling;

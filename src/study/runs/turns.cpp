@@ -86,8 +86,8 @@ TurnMetrics turn_of(const Study& study, const Scene& ideal, const TurnRules& rul
 
 }  // namespace
 
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
-                       const Conduct& conduct) {
+TurnMetrics ideal_metrics(const Study& study, const Scene& scene, const std::string& formulation,
+                          const Conduct& conduct) {
   TurnRules rules;
   const auto ideal = ideal_scene(study, scene, rules);
   return turn_of(study, ideal, rules, formulation, conduct);

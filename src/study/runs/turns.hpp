@@ -95,7 +95,7 @@ double ideal_maximum(const Study& study, const Scene& scene, const std::string& 
 
 /// Metrics of the ideal mechanism in one turn, which begins after the first turn when the transient
 /// of the accelerometer has decayed.
-TurnMetrics ideal_turn(const Study& study, const Scene& scene, const std::string& formulation,
-                       const Conduct& conduct);
+TurnMetrics ideal_metrics(const Study& study, const Scene& scene, const std::string& formulation,
+                          const Conduct& conduct);
 
 }  // namespace freeplay

@@ -384,7 +384,7 @@ void write_tables(const Study& study, const Results& results, const Conduct& con
                               s.mean, s.low, s.high, s.least, s.greatest, s.count));
     }
     if (!ideals.emplace(one.variant, one.values).second) continue;
-    const auto ideal = ideal_turn(study, scene_of(study, one, conduct), "penalty", conduct);
+    const auto ideal = ideal_metrics(study, scene_of(study, one, conduct), "penalty", conduct);
     for (const auto& p : ideal.last_turn)
       traces.write(fmt::format("{},{},{},{}\n", line("ideal"), p.angle, p.acceleration, p.position));
   }

@@ -173,7 +173,7 @@ TEST_CASE("the greatest acceleration of the ideal mechanism is that of a settled
   study.file = study.scene = file;
   study.accelerometer = "accelerometer";
   study.joints = {"gudgeon"};
-  const auto ideal = ideal_turn(study, scene, "penalty", {});
+  const auto ideal = ideal_metrics(study, scene, "penalty", {});
   constexpr double pi = std::numbers::pi, omega = 200 * 2 * pi / 60;
   constexpr int points = 3000;  // as many samples as the revolution has, at 10 kHz
   std::vector<std::complex<double>> lines(20), filtered(points);
