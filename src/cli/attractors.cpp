@@ -137,13 +137,13 @@ constexpr Verb bifurcation_parts{
     "bifurcation",
     [](const Study& s) -> const AttractorPlan* { return s.bifurcation ? &*s.bifurcation : nullptr; },
     bifurcation_chains,
-    told_at_each_value,
+    attractors_at_each_value,
     bifurcation_csv,
     bifurcation_json,
     bifurcation_text};
 constexpr Verb basin_parts{
     "basin",      [](const Study& s) -> const AttractorPlan* { return s.basin ? &*s.basin : nullptr; },
-    basin_chains, told_at_all,
+    basin_chains, attractors_of_all,
     basin_csv,    basin_json,
     basin_text};
 

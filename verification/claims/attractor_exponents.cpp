@@ -26,7 +26,7 @@ SettledRuns runs_with_exponents(const std::string& scene, const std::string& tex
   const auto chains = basin ? basin_chains(study) : bifurcation_chains(study);
   AttractorStore store(folder.path() / "runs.db", {});
   auto runs = settle(study, plan, basin ? "basin" : "bifurcation", chains, store, 1, {}, {});
-  const auto classified = basin ? told_at_all(runs) : told_at_each_value(runs);
+  const auto classified = basin ? attractors_of_all(runs) : attractors_at_each_value(runs);
   add_exponents(study, plan, chains, classified, store, 1, {}, {}, runs);
   return runs;
 }

@@ -195,7 +195,7 @@ std::vector<Chain> basin_chains(const Study& study) {
   return chains;
 }
 
-Classified told_at_each_value(const SettledRuns& runs) {
+Classified attractors_at_each_value(const SettledRuns& runs) {
   std::map<double, std::vector<Attractor>> at;
   auto classified = numbered(
       runs, [&](const SettledRun& run) -> auto& { return at[run.values[0]]; });
@@ -203,7 +203,7 @@ Classified told_at_each_value(const SettledRuns& runs) {
   return classified;
 }
 
-Classified told_at_all(const SettledRuns& runs) {
+Classified attractors_of_all(const SettledRuns& runs) {
   std::vector<Attractor> list;
   auto classified = numbered(
       runs, [&](const SettledRun&) -> auto& { return list; });

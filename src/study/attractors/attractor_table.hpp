@@ -24,8 +24,8 @@ struct Classified {
   std::vector<std::vector<int>> of;  ///< in the shape of SettledRuns::chains
   bool at_each_value = false;        ///< whether the numbers restart at each value
 };
-Classified told_at_each_value(const SettledRuns& runs);
-Classified told_at_all(const SettledRuns& runs);
+Classified attractors_at_each_value(const SettledRuns& runs);
+Classified attractors_of_all(const SettledRuns& runs);
 
 /// Contents of bifurcation.csv and basin.csv, and of bifurcation.json and basin.json without their
 /// provenance.

@@ -40,7 +40,7 @@ WithExponents run_study(const Study& study, const std::filesystem::path& file) {
   WithExponents all;
   const auto chains = bifurcation_chains(study);
   all.runs = settle(study, *study.bifurcation, "bifurcation", chains, store, 2, {}, {});
-  all.classified = told_at_each_value(all.runs);
+  all.classified = attractors_at_each_value(all.runs);
   if (study.bifurcation->exponents)
     add_exponents(study, *study.bifurcation, chains, all.classified, store, 2, {}, {}, all.runs);
   all.csv = bifurcation_csv(study, all.runs, all.classified);
@@ -116,7 +116,7 @@ TEST_CASE("a rotor at rest on a stop has the exponent minus infinity", "[attract
   AttractorStore store(folder.path() / "a.db", {});
   const auto chains = basin_chains(study);
   auto runs = settle(study, *study.basin, "basin", chains, store, 2, {}, {});
-  const auto classified = told_at_all(runs);
+  const auto classified = attractors_of_all(runs);
   add_exponents(study, *study.basin, chains, classified, store, 2, {}, {}, runs);
   for (const auto& chain : runs.chains) {
     REQUIRE(chain[0].exponent);

@@ -165,7 +165,7 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
   const auto study = study_of(
       folder, ball_study(at_top(ball, 0.96), strengths, "direction = \"both\"\ndiscard = 200\nkeep = 20\n"));
   const auto runs = run_bifurcation(study, folder.path() / "a.db");
-  const auto outcome = told_at_each_value(runs);
+  const auto outcome = attractors_at_each_value(runs);
   const auto n = strengths.size();
   for (std::size_t i = 0; i < n; ++i) {
     CAPTURE(strengths[i]);
@@ -199,8 +199,8 @@ TEST_CASE("a bifurcation study that is stopped and resumed gives the same points
   CHECK(again.made == 0);
   CHECK(again.found == 15);
   CHECK(contents(folder.path() / "parts.db") == contents(folder.path() / "whole.db"));
-  CHECK(bifurcation_csv(study, again, told_at_each_value(again)) ==
-        bifurcation_csv(study, whole, told_at_each_value(whole)));
+  CHECK(bifurcation_csv(study, again, attractors_at_each_value(again)) ==
+        bifurcation_csv(study, whole, attractors_at_each_value(whole)));
 }
 
 TEST_CASE("a received database whose runs are not whole or have impossible values is refused",
@@ -267,7 +267,7 @@ TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of 
                     (test::source_folder() / "cases/bistable-rotor/scene.toml").string(), formulation));
     AttractorStore store(folder.path() / "a.db", {});
     const auto runs = settle(study, *study.basin, "basin", basin_chains(study), store, 2, {}, {});
-    const auto outcome = told_at_all(runs);
+    const auto outcome = attractors_of_all(runs);
     REQUIRE(outcome.list.size() == 2);
     for (const auto& chain : runs.chains) {
       const auto& run = chain[0];
