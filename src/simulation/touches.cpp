@@ -19,7 +19,7 @@ OnsetDifference one(const ContactEvent& found, const ContactEvent& reference, do
 
 }  // namespace
 
-double touch_off(const ContactEvent& found, const ContactEvent& reference, double interval) {
+double event_difference(const ContactEvent& found, const ContactEvent& reference, double interval) {
   return found.kind == reference.kind ? one(found, reference, interval).greatest() : INFINITY;
 }
 

@@ -29,7 +29,7 @@ struct OnsetDifference {
 
 /// Difference of one onset, `interval` (s) after the previous one: the greatest of the three;
 /// infinite if one event is an impact and the other the beginning of a lasting contact.
-double touch_off(const ContactEvent& found, const ContactEvent& reference, double interval);
+double event_difference(const ContactEvent& found, const ContactEvent& reference, double interval);
 
 /// Compares the onsets of `found` with those of `reference`, for each contact in their order.
 /// Additional onsets of `found` do not count. Simultaneous impacts of two contacts may be in either

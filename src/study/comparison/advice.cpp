@@ -84,7 +84,7 @@ class Assessment final : public Observer {
     if (i == reference_.size()) return;  // beyond the horizon
     const auto& [touch, interval] = reference_[i];
     if (e.t < touch.t - bound_ * interval) return;
-    off_[i] = touch_off(e, touch, interval);
+    off_[i] = event_difference(e, touch, interval);
     if (!(off_[i] <= bound_) || ++met_ == off_.size()) done_ = true;
     ++i;
   }

@@ -192,7 +192,7 @@ TEST_CASE("the predicted accuracy holds over the whole run, not only over the fi
   for (const auto& touch : assessed) {
     const auto a = nearest(found, touch), b = nearest(exact, touch);
     CAPTURE(touch.t);
-    CHECK(touch_off(a, b, b.t - before) <= requested);
+    CHECK(event_difference(a, b, b.t - before) <= requested);
     before = touch.t;
   }
 }
