@@ -89,7 +89,7 @@ std::string clearance_text(const ClearanceTrial& t) {
 
 }  // namespace
 
-void judge_power(const std::vector<ClearanceTrial>& trials, Agreement& a) {
+void assess_power(const std::vector<ClearanceTrial>& trials, Agreement& a) {
   bool passes = false;
   a.power.clear();
   for (auto first = trials.begin(); first != trials.end();) {
@@ -204,7 +204,7 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     std::vector<ClearanceTrial> own;
     std::ranges::copy_if(v.trials, std::back_inserter(own),
                          [&](const auto& t) { return t.formulation == a.formulation; });
-    if (a.verdict == Agreement::Verdict::agrees) judge_power(own, a);
+    if (a.verdict == Agreement::Verdict::agrees) assess_power(own, a);
     const auto& wave = a.properties[Agreement::waveform].difference;
     const bool finished = a.ending.status == Ending::Status::finished;
     models.push_back({a.formulation, finished ? a.verdict : Agreement::Verdict::stopped, a.findings,

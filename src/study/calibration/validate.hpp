@@ -36,7 +36,7 @@ inline constexpr std::array<double, 7> trial_factors{0.5, 0.8, 0.9, 1.1, 1.2, 1.
 /// Sets `power` of an agreeing model from its trials. A model passes only if the test finds half and
 /// twice the clearance of a joint; otherwise it is undecided. Without trials (a scene without clearance
 /// keys, or all runs stopped) it is undecided, too.
-void judge_power(const std::vector<ClearanceTrial>& trials, Agreement& a);
+void assess_power(const std::vector<ClearanceTrial>& trials, Agreement& a);
 
 /// Result of a validation.
 struct Validation {

@@ -164,7 +164,7 @@ TEST_CASE("a model passes only if the test finds half and twice the clearance", 
           {"joints.pin.clearance", 1e-4, f, "penalty", true, std::ranges::find(found, f) != found.end()});
     Agreement a;
     a.verdict = Agreement::Verdict::agrees;
-    judge_power(trials, a);
+    assess_power(trials, a);
     return a;
   };
   const auto sharp = judged({0.5, 0.8, 0.9, 1.2, 1.5, 2});
