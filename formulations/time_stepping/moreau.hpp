@@ -124,7 +124,7 @@ class MoreauStepper {
     auto& found = d.totals.found;
     m(d.saddle, problem_.slide_last, d.q, d.v, d.q_old, d.v_old, mean_.last, d.z, d.t, d.t_old, t_start_,
       index_, d.totals.integrals, d.totals.extremes, d.totals.work, record_.flights(), resolution_.passage,
-      resolution_.curve_deviation, found.motions, found.jam, found.jams, found.undecided, found.unswept,
+      resolution_.curve_deviation, found.motions, found.lockup, found.lockups, found.undecided, found.unswept,
       found.inelastic, found.locked, found.locked_since, found.uncorrected, found.residual,
       problem_.problem.modes_left, correction_.modes_left(), contacts_.slack, films_.thickness_change,
       found.unsettled);

@@ -88,7 +88,7 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
                     const FilmStep::ThicknessChange& thickness_change,
                     const StepResolution::CurveDeviation& curve_deviation, std::vector<std::string>& notes) {
   if (!found.motions.empty()) notes.push_back(diagnostic<Diagnostic::several_motions>(found.motions));
-  if (found.jams > 0) notes.push_back(diagnostic<Diagnostic::lockup_impulse>(found.jams, found.jam));
+  if (found.lockups > 0) notes.push_back(diagnostic<Diagnostic::lockup_impulse>(found.lockups, found.lockup));
   if (found.undecided > 0)
     notes.push_back(diagnostic<Diagnostic::not_searched>(found.undecided, most_for_modes));
   if (found.inelastic > 0) notes.push_back(diagnostic<Diagnostic::no_restitution_steps>(found.inelastic));

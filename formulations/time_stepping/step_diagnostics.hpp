@@ -65,8 +65,8 @@ class StepResolution {
 
 struct StepDiagnostics {
   std::string motions;  ///< the first contact problem with more than one motion
-  std::string jam;      ///< the first contact stopped by friction without approach (Painlevé)
-  long jams = 0;        ///< number of such contacts
+  std::string lockup;   ///< the first contact stopped by friction without approach (Painlevé)
+  long lockups = 0;     ///< number of such contacts
   long undecided = 0;   ///< contact problems whose uniqueness was not decided
   long inelastic = 0;   ///< steps whose impacts were solved without restitution
   long unsettled = 0;   ///< fixed steps in which the iteration of films did not converge

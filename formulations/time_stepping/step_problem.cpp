@@ -291,8 +291,8 @@ void StepProblem::note_painleve(StepData& s, const ContactSet& contacts,
     // A contact at rest does not slide: rounding leaves it far below what the step's forces do.
     const bool slides = std::abs(slide) > 1e-6 * std::abs(problem.b[u.tangent] - slide);
     if (slides && u.impulse_n > 0 && slope <= 0 && -c.u_n_minus <= 1e-4 * std::abs(slide) &&
-        side * after <= 1e-3 * std::abs(slide) && found.jams++ == 0)
-      found.jam = fmt::format("t = {:.9g} s, {}", s.t_old, contacts.facts(k).name);
+        side * after <= 1e-3 * std::abs(slide) && found.lockups++ == 0)
+      found.lockup = fmt::format("t = {:.9g} s, {}", s.t_old, contacts.facts(k).name);
   }
 }
 
