@@ -71,7 +71,7 @@ double driven_angle(const Mechanism& mechanism, const std::string& drive, const 
 }
 
 /// The start of an assembly, and its findings.
-struct Begun {
+struct AssemblyStart {
   std::vector<char> held;    ///< stated positions
   std::vector<double> from;  ///< the pose from which the search begins
   OpenJoint violated;        ///< by the stated positions
@@ -102,8 +102,8 @@ bool can_close(const System& system, const std::vector<char>& held) {
 
 /// Closes q with the stated positions held, or changes them as little as possible (stated.hpp).
 /// Returns false if neither leads to a closed pose; `best` is then the best pose found.
-bool close_stated(const Mechanism& mechanism, const System& system, Begun& begun, std::vector<double>& q,
-                  std::vector<double>& best, const StopToken& stop) {
+bool close_stated(const Mechanism& mechanism, const System& system, AssemblyStart& begun,
+                  std::vector<double>& q, std::vector<double>& best, const StopToken& stop) {
   if (!std::isfinite(worst_open_joint(system, q).amount)) refuse_open(mechanism, system, q, 0);
   if (!any(begun.held)) return Closing(mechanism, system, stop, {system.mass()}).close(q, best);
   const Closing holding(mechanism, system, stop, {system.mass(), begun.held});
@@ -150,9 +150,9 @@ std::string close_elsewhere(const Mechanism& m, const System& system, const std:
 /// Assembly of positions: from one start, and from others if that does not close or gives another
 /// pose than the requested one. `begun` is nullptr if only the given start is to be tried, and any
 /// pose and change accepted; otherwise it receives the findings.
-void assemble_positions(const Mechanism& mechanism, const System& system, State& s, Begun* begun,
+void assemble_positions(const Mechanism& mechanism, const System& system, State& s, AssemblyStart* begun,
                         const StopToken& stop) {
-  Begun first{begun ? stated_positions(mechanism) : std::vector<char>{}, s.q, {}, {}};
+  AssemblyStart first{begun ? stated_positions(mechanism) : std::vector<char>{}, s.q, {}, {}};
   if (!in_mesh(mechanism, s.q))
     first.from = pose_without_teeth(mechanism, s.q, stop);
   else if (begun && states_pose(mechanism))
@@ -338,7 +338,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   const bool rests = start == Start::equilibrium, free = mechanism.assembly.approximate;
   State s = stated_state(mechanism);
   std::string note;
-  Begun begun;
+  AssemblyStart begun;
   if (start == Start::given) {
     take_positions(mechanism, system, s, note, stop);
   } else {
