@@ -25,10 +25,11 @@ void EventDriven::record(const std::vector<int>& was_closed) {
     if (!was && (is || impulse_of_impact > 0)) {
       const double ending = impacts_.ending(k);
       at.t = t + ending;
-      log_->touch(k, at.t, crank, impacts_.rate(k), impacts_.sliding(k), std::max(ending, 4e-16 * t), 0);
+      log_->record_onset(k, at.t, crank, impacts_.rate(k), impacts_.sliding(k), std::max(ending, 4e-16 * t),
+                         0);
     }
     if (!is && (was || impulse_of_impact > 0))
-      log_->leave(k, t, crank, u, slide, impulse_of_impact, impulse[1] - at.impulse_t, t - at.t);
+      log_->record_separation(k, t, crank, u, slide, impulse_of_impact, impulse[1] - at.impulse_t, t - at.t);
     if (!is) {
       at.impulse_n = impulse[0];
       at.impulse_t = impulse[1];

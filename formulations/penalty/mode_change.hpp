@@ -52,7 +52,7 @@ class ModeChange {
       m.mark[k].at = m.sampled(k, row, m.method.x);
     }
     const double duration = elastic_duration(c.law.elastic, c.mass, c.v0);
-    log_->touch(k, m.method.t, m.crank(), rate, slide, 4e-16 * m.method.t, 4 * duration);
+    log_->record_onset(k, m.method.t, m.crank(), rate, slide, 4e-16 * m.method.t, 4 * duration);
     m.restart = true;
     m.method.limit_step(0.05 * duration);
   }
@@ -90,8 +90,8 @@ class ModeChange {
     if constexpr (Method::fixed_step)
       errors.keep_contact(m.method.length(), m.method.t - m.mark[k].t,
                           std::abs(m.method.x[p] - m.mark[k].impulse_n) / m.f.contacts()[k].mass);
-    log_->leave(k, m.method.t, m.crank(), rate, slide, m.method.x[p] - m.mark[k].impulse_n,
-                m.method.x[p + 1] - m.mark[k].impulse_t, m.method.t - m.mark[k].t);
+    log_->record_separation(k, m.method.t, m.crank(), rate, slide, m.method.x[p] - m.mark[k].impulse_n,
+                            m.method.x[p + 1] - m.mark[k].impulse_t, m.method.t - m.mark[k].t);
     m.mark[k].at = {row.gap, rate, slide};
   }
   /// An impact on a closed contact begins, or ends and sets v₀.

@@ -23,8 +23,8 @@ double left_out(const StepContact& c) {
 void ContactRecord::log_leave(StepData& s, ContactSet& contacts, int k) {
   auto& c = contacts[k];
   const double t = c.steps > 1 ? c.t_pressed : c.t_onset;
-  s.log->leave(k, t, s.system.crank_angle(s.q_old.data()), c.u_n_plus, c.u_t_plus, c.impulse_n, c.impulse_t,
-               t - c.t_onset);
+  s.log->record_separation(k, t, s.system.crank_angle(s.q_old.data()), c.u_n_plus, c.u_t_plus, c.impulse_n,
+                           c.impulse_t, t - c.t_onset);
   c.steps = 0;
   c.t_left = c.t_pressed;
 }
@@ -70,8 +70,8 @@ void ContactRecord::record(StepData& s, ContactSet& contacts, StepProblem& probl
       c.impulse_n = c.impulse_t = 0;
       if (c.u_n_minus < 0 && step_ > 0)
         keep_flight(-c.u_n_minus, (c.t_onset - c.t_left) / step_, s.totals.extremes);
-      s.log->touch(k, c.t_onset, s.system.crank_angle(s.q_old.data()), c.u_n_minus, tangent_minus,
-                   std::max(h, left_out(c)), 1.5 * h);
+      s.log->record_onset(k, c.t_onset, s.system.crank_angle(s.q_old.data()), c.u_n_minus, tangent_minus,
+                          std::max(h, left_out(c)), 1.5 * h);
       if (contacts.has_slot(k))
         s.log->name(k, contacts.reported_index(k), {contacts.pair(k).i, contacts.pair(k).j});
       ++s.totals.work.events;

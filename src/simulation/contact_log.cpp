@@ -28,8 +28,8 @@ void ContactLog::push(const ContactEvent& event) {
   pending_.insert(place, event);
 }
 
-void ContactLog::touch(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty,
-                       double limit) {
+void ContactLog::record_onset(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty,
+                              double limit) {
   auto& episode = open_[k];
   episode = {true, false, {}, limit};
   episode.first.t = t;
@@ -51,8 +51,8 @@ void ContactLog::advance(double t) {
   }
 }
 
-void ContactLog::leave(int k, double t, double crank_angle, double v_n, double v_t, double impulse_n,
-                       double impulse_t, double duration) {
+void ContactLog::record_separation(int k, double t, double crank_angle, double v_n, double v_t,
+                                   double impulse_n, double impulse_t, double duration) {
   auto& episode = open_[k];
   if (!episode.open) return;
   episode.open = false;

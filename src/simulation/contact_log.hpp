@@ -5,7 +5,7 @@
 // undamped Hertz impact (penalty), one step (time stepping). Events leave the log in the order of
 // time; an event therefore waits until all earlier contacts are classified.
 //
-// Usage: touch() at an onset, leave() at a separation, advance() after each step, drain() to obtain
+// Usage: record_onset(), record_separation(), advance() after each step, drain() to obtain
 // the final events.
 #pragma once
 
@@ -29,17 +29,18 @@ class ContactLog {
   void make_room(int k) {
     if (k >= static_cast<int>(open_.size())) open_.resize(static_cast<std::size_t>(k) + 1);
   }
-  /// Sets the family and bodies of the pair in slot k, just after its touch().
+  /// Sets the family and bodies of the pair in slot k, just after its onset.
   void name(int k, int family, const std::array<int, 2>& bodies) {
     open_[k].first.contact = family;
     open_[k].first.bodies = bodies;
   }
 
   /// Onset of contact k. All arguments as in ContactEvent.
-  void touch(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty, double limit);
+  void record_onset(int k, double t, double crank_angle, double v_n, double v_t, double uncertainty,
+                    double limit);
   /// Separation of contact k. `duration` may be zero for an impact law.
-  void leave(int k, double t, double crank_angle, double v_n, double v_t, double impulse_n, double impulse_t,
-             double duration);
+  void record_separation(int k, double t, double crank_angle, double v_n, double v_t, double impulse_n,
+                         double impulse_t, double duration);
   /// Classifies contacts that have lasted longer than their limit at time t as lasting.
   void advance(double t);
   bool is_open(int k) const { return open_[k].open; }

@@ -79,9 +79,9 @@ TEST_CASE("contact log: impacts, lasting contact, order, counts", "[events]") {
       statistics.event({e, layout.contacts[e.contact]});
     });
   };
-  log.touch(0, 1.0, 0, -0.5, 0, 0, 0.1);
-  log.touch(1, 1.02, 0, -0.2, 0, 0, 0.1);
-  log.leave(1, 1.05, 0, 0.1, 0, 2.0, 0, 0.03);
+  log.record_onset(0, 1.0, 0, -0.5, 0, 0, 0.1);
+  log.record_onset(1, 1.02, 0, -0.2, 0, 0, 0.1);
+  log.record_separation(1, 1.05, 0, 0.1, 0, 2.0, 0, 0.03);
   drain();
   REQUIRE(out.empty());  // the contact at 1.0 is still undecided
   log.advance(1.2);
@@ -89,7 +89,7 @@ TEST_CASE("contact log: impacts, lasting contact, order, counts", "[events]") {
   REQUIRE(out.size() == 2);
   REQUIRE(out[0].kind == EventKind::contact);
   REQUIRE(out[1].kind == EventKind::impact);
-  log.leave(0, 3.0, 0, 0.1, 0, 9.0, 0, 2.0);
+  log.record_separation(0, 3.0, 0, 0.1, 0, 9.0, 0, 2.0);
   drain();
   const std::vector<double> undecided{log.undecided_since(0), log.undecided_since(1)};
   statistics.end({{}, 4.0, log.held_back(), undecided});
