@@ -18,7 +18,7 @@ EventDriven::EventDriven(EventDynamics dynamics, Method method, Method coarse, d
       search_(dynamics_),
       impacts_(dynamics_.system.contacts(), position_error),
       pace_(time_scale),
-      touches_(static_cast<std::size_t>(dynamics_.system.contacts())) {}
+      onsets_(static_cast<std::size_t>(dynamics_.system.contacts())) {}
 
 void EventDriven::start(const State& state, ContactLog& log) {
   log_ = &log;

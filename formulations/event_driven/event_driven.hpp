@@ -82,7 +82,7 @@ class EventDriven {
     m(is_coarse_);
     if constexpr (M::reading)
       if (is_coarse_) method_ = coarse_;
-    m(method_, search_, touches_, pending_, last_, pace_, impacts_, findings_, span_, kept_, kept_at_,
+    m(method_, search_, onsets_, pending_, last_, pace_, impacts_, findings_, span_, kept_, kept_at_,
       last_lockup_, mode_before_);
     forces_.serialize(m, dynamics_, dynamics_.system);
   }
@@ -162,7 +162,7 @@ class EventDriven {
   EventFindings findings_;
   WatchedForces forces_;
   ContactLog* log_ = nullptr;
-  std::vector<ContactOnset> touches_;
+  std::vector<ContactOnset> onsets_;
   bool pending_ = false;  // the mode changes before the next step
   ModeEvent last_;
   double span_ = 0;  // s: length of recent steps, the time in which the forces of a mode change

@@ -20,7 +20,7 @@ void EventDriven::record(const std::vector<int>& was_closed) {
     const auto& row = d.look(k, method_.x, t);
     const double* now = method_.x.data() + d.system.n();
     const double u = row.normal.dot(now), slide = row.tangent.dot(now);
-    auto& at = touches_[k];
+    auto& at = onsets_[k];
     const double impulse_of_impact = impulse[0] - at.impulse_n;
     if (!was && (is || impulse_of_impact > 0)) {
       const double ending = impacts_.ending(k);
@@ -100,7 +100,7 @@ Handover EventDriven::hand_over() const {
   to.state = {method_.t, {q(), q() + n}, {v(), v() + n}, {z().begin(), z().end()}};
   for (int k = 0; k < system.contacts(); ++k) {
     const auto& c = dynamics_.contacts[k];
-    const auto& mark = touches_[k];
+    const auto& mark = onsets_[k];
     const double* impulse = method_.x.data() + dynamics_.impulse_offset() + 2 * k;
     to.contacts.push_back({c.closed || c.resting, log_->is_open(k), mark.t, impulse[0] - mark.impulse_n,
                            impulse[1] - mark.impulse_t});
@@ -137,9 +137,9 @@ void EventDriven::take_over(const Handover& from) {
     const double slide = dynamics_.look(k, x, from.state.t).tangent.dot(from.state.v.data());
     c.slip = std::abs(slide) > dynamics_.slide_tolerance() ? (slide > 0 ? 1 : -1) : 0;
     const double* impulse = x.data() + dynamics_.impulse_offset() + 2 * k;
-    touches_[k].impulse_n = impulse[0] - was.impulse_n;
-    touches_[k].impulse_t = impulse[1] - was.impulse_t;
-    touches_[k].t = was.t_onset;
+    onsets_[k].impulse_n = impulse[0] - was.impulse_n;
+    onsets_[k].impulse_t = impulse[1] - was.impulse_t;
+    onsets_[k].t = was.t_onset;
   }
   for (auto& p : dynamics_.preloaded) p.slip = 1;
   dynamics_.phases.start(system, from.state.q.data(), from.state.v.data());
