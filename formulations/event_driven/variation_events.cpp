@@ -11,6 +11,17 @@
 namespace freeplay {
 namespace {
 
+/// Least rate of an event's value, over the value and the duration: slower ones reach it tangentially.
+constexpr double least_event_rate = 1e-9;
+/// Change of a contact's rate by the impact of another, over that rate, from which impacts are coupled.
+constexpr double coupled_share = 1e-9;
+/// Change of the velocities after simultaneous impacts with their order, over the velocities before.
+constexpr double order_share = 1e-9;
+/// Change of a time, gap or speed by a nominal change of a parameter, over its scale: rounding.
+constexpr double start_rounding = 1e-9;
+/// The same, over the sum of the absolute terms of the derivative, which cancel.
+constexpr double cancelled_share = 1e-6;
+
 bool among(const std::vector<int>& list, int k) { return std::ranges::find(list, k) != list.end(); }
 
 std::vector<double> rhs(EventDynamics& f, const std::vector<double>& x, double t) {
@@ -142,7 +153,7 @@ void Variation::set_times(EventMap& e, const ModeEvent& event) {
   const auto centre = value(*probe_, e.x, e.t);
   const auto d = along(*probe_, value, centre, e.x, e.t, e.before.f, 1, e.speed);
   const double rate = d.slope[0];
-  if (!d.smooth || !(std::abs(rate) * duration_ > 1e-9 * std::abs(centre[0])))
+  if (!d.smooth || !(std::abs(rate) * duration_ > least_event_rate * std::abs(centre[0])))
     refuse(fmt::format("t = {:.9g} s: {} is reached tangentially", e.t,
                        event.is_phase()   ? "a kink of an element's force"
                        : event.is_limit() ? "the limit of a controller"
@@ -186,7 +197,7 @@ bool Variation::coupled(const Vector& x, double t, const std::vector<int>& ended
       const double *v = x.data() + n, *w = y.data() + n;
       const double change = std::max(std::abs(row.normal.dot(w) - row.normal.dot(v)),
                                      std::abs(row.tangent.dot(w) - row.tangent.dot(v)));
-      if (change > 1e-9 * std::abs(row.normal.dot(v))) return true;
+      if (change > coupled_share * std::abs(row.normal.dot(v))) return true;
     }
   }
   return false;
@@ -233,7 +244,7 @@ void Variation::cross_impacts(const EventDynamics& d, const ProcessedEvent& p, E
       refuse(fmt::format(
           "t = {:.9g} s: contacts {} and {} have simultaneous impacts that act on each other; {}", p.t,
           d.system.contact_facts(onsets[0]).name, d.system.contact_facts(onsets[1]).name,
-          change > 1e-9 * probe_->greatest(p.before.data() + n)
+          change > order_share * probe_->greatest(p.before.data() + n)
               ? fmt::format(
                     "the velocities after them change by {:.2g} m/s with their order, so that there are "
                     "no one-sided derivatives either",
@@ -252,7 +263,7 @@ void Variation::cross_impacts(const EventDynamics& d, const ProcessedEvent& p, E
     const auto& dt = e.dt;
     if (p.event.kind == ModeEvent::Kind::none && !continued_)
       for (std::size_t c = 0; c < keys_.size(); ++c)
-        if (std::abs(dt[c]) * keys_[c].scale() > 1e-9 * duration_)
+        if (std::abs(dt[c]) * keys_[c].scale() > start_rounding * duration_)
           refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
                                 "one-sided derivative",
                                 p.t, d.system.contact_facts(k).name, keys_[c].name));
@@ -332,8 +343,8 @@ void Variation::keep_start(const EventDynamics& d, const ProcessedEvent& p) {
         weight += std::abs(row.value[i] * S_[c][(rates ? n : 0) + row.column[i]]);
       const auto a = along(*probe_, value, centre, p.after, p.t, S_[c], 0, speed).slope[0];
       const auto b = across(c, value, centre, p.after, p.t).slope[0];
-      if (std::abs(a + b) > 1e-6 * (weight + std::abs(b)) &&
-          std::abs(a + b) * keys_[c].scale() > 1e-9 * (rates ? speed : length_))
+      if (std::abs(a + b) > cancelled_share * (weight + std::abs(b)) &&
+          std::abs(a + b) * keys_[c].scale() > start_rounding * (rates ? speed : length_))
         refuse(c, fmt::format("t = {:.9g} s: {} of {} changes with {} at the start of contact, so that there "
                               "is only a one-sided derivative",
                               p.t, what, name, keys_[c].name));

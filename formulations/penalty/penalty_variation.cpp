@@ -22,6 +22,16 @@ constexpr double kink_shares[] = {3e-3, 9e-6, 2.7e-8};
 constexpr double near_steps = 30;
 /// Parts of a step at most; a step that needs more is too stiff for an explicit method.
 constexpr int most_parts = 1024;
+/// Error of repeated parts against the run's own step, over its tolerance: the run has an error, too.
+constexpr double agreement_with_step = 10;
+/// The same against half as many parts, where the run's method has a greater error.
+constexpr double agreement_with_half = 1;
+/// Change of a gap by a nominal change of a parameter, over the scene's length, that is rounding.
+constexpr double start_rounding = 1e-9;
+/// Least part of a step on either side of a kink; the step is not divided nearer to its ends.
+constexpr double least_kink_part = 1e-6;
+/// Least rate of a gap near its zero, over the scene's speed; slower ones do not pass it within the steps.
+constexpr double least_gap_rate = 1e-6;
 
 }  // namespace
 
@@ -86,7 +96,7 @@ void PenaltyVariation::begin(const Scene& scene, double t, bool resumed) {
       for (std::size_t c = 0; c < keys_.size(); ++c)
         if (open(c) &&
             std::abs(total(c, value, x, t, S_[c], 0, probe_->speed_scale())[0]) * keys_[c].scale() >
-                1e-9 * length_)
+                start_rounding * length_)
           refuse(c, fmt::format("t = {:.9g} s: contact {} closes at the start, so that {} has only a "
                                 "one-sided derivative",
                                 t, system.contact_facts(k).name, keys_[c].name));
@@ -159,7 +169,7 @@ std::optional<double> PenaltyVariation::clamp_within(const Vector& x, double t, 
     const double s = bracketed_root(
         [&](double length) { return probe_->unclamped_force(k, flow(x, t, length), t + length); }, 0.0, h,
         before, after);
-    if (s > 1e-6 * h && s < (1 - 1e-6) * h) return s;
+    if (s > least_kink_part * h && s < (1 - least_kink_part) * h) return s;
   }
   return {};
 }
@@ -182,7 +192,7 @@ bool PenaltyVariation::choose_shifts(const Vector& x, double t, double h) {
   for (int k = 0; k < probe_->system.contacts(); ++k) {
     if (!probe_->contacts()[k].closed) continue;
     const double away = std::abs(probe_->row(k, x, t).gap), rate = std::abs(probe_->gap_rate(k, x, t));
-    if (rate > 1e-6 * probe_->speed_scale() && away < least * rate) {
+    if (rate > least_gap_rate * probe_->speed_scale() && away < least * rate) {
       least = away / rate;
       nearest = k;
     }
@@ -231,7 +241,8 @@ int PenaltyVariation::part_count(const Vector& x, double t, double h, const Vect
     auto y = x;
     const double length = h / count;
     for (int i = 0; i < count; ++i) y = flow(y, t + i * length, length);
-    if (error(y, end) <= 10 || (!last.empty() && error(y, last) <= 1)) return count;
+    if (error(y, end) <= agreement_with_step || (!last.empty() && error(y, last) <= agreement_with_half))
+      return count;
     last = std::move(y);
   }
   return 2 * most_parts;

@@ -11,6 +11,13 @@
 namespace freeplay {
 namespace {
 
+/// Least gap rate at an event whose time has a derivative, over the scene's speed: rounding of velocities.
+constexpr double least_crossing_rate = 1e-12;
+/// Distance of a demand from its limit, in roundings, at which the step has ended there.
+constexpr double at_limit = 100;
+/// Relative difference of speeds that the location of an event explains: a rate at its turn, w at v₀.
+constexpr double located_speed = 1e-6;
+
 /// The phases whose pieces differ.
 std::vector<int> other_pieces(const System& system, const Phases& a, const Phases& b) {
   std::vector<int> list;
@@ -87,7 +94,7 @@ void PenaltyVariation::cross_events() {
     const double rate = normal.dot(x.data() + n), away = probe_->gap_acceleration(k, x, e.before.f, t);
     const auto& facts = d.system().contact_facts(k);
     if (onset) refuse_grazing(k, e, rate, away);
-    const bool steady = std::abs(rate) > 1e-12 * probe_->speed_scale();
+    const bool steady = std::abs(rate) > least_crossing_rate * probe_->speed_scale();
     if (!steady && jumped)
       refuse(
           fmt::format("t = {:.9g} s: contact {} opens or closes without relative speed, and its force jumps",
@@ -125,7 +132,7 @@ void PenaltyVariation::cross_limits() {
   x.insert(x.end(), retained_.begin(), retained_.end());
   for (int k = 0; k < probe_->system.limiters(); ++k) {
     const double w = demand(*probe_, k, x, t), border = w > 0 ? 1 : -1;
-    if (!(std::abs(w - border) <= 100 * Limits::rounding)) continue;
+    if (!(std::abs(w - border) <= at_limit * Limits::rounding)) continue;
     const auto here = side(*probe_, x, t);
     auto e = event_at(x, t, here, here);
     take_sides_of_limit(e, *probe_, k, x);
@@ -244,8 +251,8 @@ void PenaltyVariation::change_impact(int k, EventMap& e, bool jumps) {
     // It begins where the contact is compressed again, or where w exceeds v₀. The mass is that of this
     // instant. At its end, w does not change with time.
     const auto slot = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
-    const bool turns = std::abs(rate) <= 1e-6 * w;
-    if (!turns && std::abs(w - x[slot]) > 1e-6 * w)
+    const bool turns = std::abs(rate) <= located_speed * w;
+    if (!turns && std::abs(w - x[slot]) > located_speed * w)
       refuse(fmt::format("t = {:.9g} s: an impact on contact {} begins between steps", t,
                          d.system().contact_facts(k).name));
     const Function value = [k, slot, turns](ExtendedPenalty& f, const Vector& y, double at) {

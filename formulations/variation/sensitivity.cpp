@@ -52,6 +52,8 @@ double summed_energy(EnergyTerm term, Dynamics& f, const std::vector<double>& x)
 
 /// Relative difference of times that rounding explains.
 constexpr double same_time = 1e-13;
+/// Relative difference of derivatives that the differences of closed forms explain.
+constexpr double same_derivative = 1e-9;
 
 /// Which of two simultaneous events has a number depends on a key by which their times change differently.
 void refuse_ties(const VariedOnset& onset, const std::vector<VariedOnset>& onsets, Sensitivity& s) {
@@ -59,7 +61,7 @@ void refuse_ties(const VariedOnset& onset, const std::vector<VariedOnset>& onset
     if (&other == &onset || std::abs(other.t - onset.t) > same_time * std::abs(onset.t)) continue;
     for (std::size_t c = 0; c < s.reasons.size(); ++c) {
       const double a = onset.dt[c], b = other.dt[c];
-      if (s.reasons[c].empty() && !(std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b))))
+      if (s.reasons[c].empty() && !(std::abs(a - b) <= same_derivative * std::max(std::abs(a), std::abs(b))))
         s.reasons[c] = fmt::format(
             "t = {:.9g} s: two contacts close at the same time, so that the number of each event depends on "
             "this key",

@@ -7,6 +7,12 @@
 #include "formulations/variation/step_variation.hpp"
 
 namespace freeplay {
+namespace {
+
+/// Change of a contact's rate by an impact, over the approach of that impact, from which it takes part.
+constexpr double least_share = 1e-9;
+
+}  // namespace
 
 /// Passes the contact onsets of a step. Returns the time reached.
 double StepVariation::cross_onsets(const Step& s, const Step* next, Vector& x) {
@@ -116,7 +122,7 @@ void StepVariation::cross_impact(const Step& s, const Step* next, const Impact& 
     const double *v = pushed.data() + n, *w = after.data() + n;
     const double change = std::max(std::abs(row.normal.dot(w) - row.normal.dot(v)),
                                    std::abs(row.tangent.dot(w) - row.tangent.dot(v)));
-    if (!last && change <= 1e-9 * std::abs(c.rate)) continue;
+    if (!last && change <= least_share * std::abs(c.rate)) continue;
     m.closed = to.pressed;
     if (to.pressed) m.slip = to.slip;
   }

@@ -53,6 +53,9 @@ class StepVariation : public Variation {
   /// has not separated: the gap is rounding or the error of a step.
   static constexpr long unresolved_steps = 3;
   static constexpr double unresolved_flight = 3;  // steps
+  // Newton's method in root_within(): iterations, and the last change over the interval or the duration.
+  static constexpr int most_iterations = 12;
+  static constexpr double root_change = 1e-8, time_rounding = 1e-15;
   struct Contact {
     bool pressed = false;  ///< has an impulse in this step
     bool onset = false;    ///< its first one
@@ -86,12 +89,12 @@ class StepVariation : public Variation {
   /// motion from x, by Newton's method from tau.
   template <class Value>
   std::optional<double> root_within(const Vector& x, double t, double most, Value value, double tau = 0) {
-    for (int i = 0; i < 12; ++i) {
+    for (int i = 0; i < most_iterations; ++i) {
       const auto [y, rate] = value(tau == 0 ? x : flow(x, t, tau), t + tau);
       const double change = -y / rate;
       tau += change;
       if (!(std::abs(tau) <= most)) return {};
-      if (std::abs(change) <= std::max(1e-8 * most, 1e-15 * duration_)) return tau;
+      if (std::abs(change) <= std::max(root_change * most, time_rounding * duration_)) return tau;
     }
     return {};
   }

@@ -161,6 +161,8 @@ class VariedColumns : public DerivativeColumns {
   /// Whether accelerations, forces, rates of states or powers jump between the two sides of an event. Forces
   /// of a prescribed motion may jump alone.
   bool jumps(const Side& before, const Side& after) const {
+    // Relative changes that are no jumps: rounding at the event, and of a state over the scene's duration.
+    constexpr double same = 1e-7, same_rate = 1e-12;
     const auto n = static_cast<std::size_t>(probe_->system.n());
     const auto impulses = static_cast<std::size_t>(probe_->impulse_offset()),
                contacts = static_cast<std::size_t>(probe_->system.contacts()),
@@ -170,7 +172,7 @@ class VariedColumns : public DerivativeColumns {
       double scale = 0;
       for (std::size_t i = 0; i < a.size(); ++i) scale = std::max({scale, std::abs(a[i]), std::abs(b[i])});
       for (std::size_t i = 0; i < a.size(); ++i)
-        if (!(std::abs(b[i] - a[i]) <= 1e-7 * scale)) return true;
+        if (!(std::abs(b[i] - a[i]) <= same * scale)) return true;
       return false;
     };
     const std::span<const double> f(before.f), g(after.f);
@@ -180,8 +182,8 @@ class VariedColumns : public DerivativeColumns {
     const auto flows = static_cast<std::size_t>(probe_->state_offset());
     for (std::size_t k = flows; k < flows + states; ++k)
       if (!(std::abs(g[k] - f[k]) <=
-            1e-7 * std::max(std::abs(f[k]), std::abs(g[k])) +
-                1e-12 * probe_->system.state_scale(static_cast<int>(k - flows)) / duration_))
+            same * std::max(std::abs(f[k]), std::abs(g[k])) +
+                same_rate * probe_->system.state_scale(static_cast<int>(k - flows)) / duration_))
         return true;
     return in(n, n) || in(impulses, 2 * contacts) || in(works, f.size() - works) ||
            differ(before.integrands, after.integrands);

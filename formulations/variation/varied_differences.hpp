@@ -13,11 +13,12 @@ namespace freeplay {
 /// Adds dynamics at closer values, in the present mode; false if they would be lost in rounding.
 template <class Dynamics>
 bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
+  constexpr double least_spacing = 2e-11;  // of the value: the four places keep five digits
   const auto& key = keys_[c];
   const double spacing = !closer_[c].empty()                ? closer_[c].back().spacing * ratio
                          : key.impact_spacing < key.spacing ? key.impact_spacing
                                                             : key.spacing * ratio;
-  if (!twin_of_ || !key.system_at || spacing < 2e-11 * std::abs(key.value)) return false;
+  if (!twin_of_ || !key.system_at || spacing < least_spacing * std::abs(key.value)) return false;
   Closer next{spacing, {}};
   for (std::size_t i = 0; i < next.dynamics.size(); ++i) {
     next.dynamics[i] = twin_of_(*key.system_at(key.value + difference_places[i] * spacing));
@@ -65,19 +66,21 @@ void VariedColumns<Dynamics>::parameter_part(std::size_t c, const Vector& x, dou
 template <class Dynamics>
 double VariedColumns<Dynamics>::spacing(const Dynamics& f, const Vector& x, const Vector& dx, double dt,
                                         double speed) const {
+  // Steps over the scales of time, of lengths and angles, of speeds, and of states.
+  constexpr double of_time = 1e-5, of_length = 3e-3, of_speed = 1e-2, of_state = 1e-3;
   const auto& system = f.system;
   const int n = system.n();
   const double length = curved_length(f, x, length_);
   const double arm = std::max(system.longest_arm(), length);
-  double most = std::abs(dt) / (1e-5 * duration_);
+  double most = std::abs(dt) / (of_time * duration_);
   for (int i = 0; i < n; ++i) {
     const double unit = system.is_angle(i) ? arm : 1;
-    most = std::max(
-        {most, unit * std::abs(dx[i]) / (3e-3 * length), unit * std::abs(dx[n + i]) / (1e-2 * speed)});
-    if (system.is_angle(i)) most = std::max(most, std::abs(dx[i]) / 3e-3);
+    most = std::max({most, unit * std::abs(dx[i]) / (of_length * length),
+                     unit * std::abs(dx[n + i]) / (of_speed * speed)});
+    if (system.is_angle(i)) most = std::max(most, std::abs(dx[i]) / of_length);
   }
   for (int k = 0; k < system.states(); ++k)
-    most = std::max(most, std::abs(dx[f.state_offset() + k]) / (1e-3 * system.state_scale(k)));
+    most = std::max(most, std::abs(dx[f.state_offset() + k]) / (of_state * system.state_scale(k)));
   most = std::max(most, further_spacing(f, x, dx));
   if (most == 0) {
     const auto size_of = [n](const Vector& y) {

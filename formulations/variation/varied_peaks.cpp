@@ -13,6 +13,8 @@ namespace {
 /// Longest part of a step over the time constant of the fastest low-pass: the weights of Dormand and Prince
 /// have an error of about 1e-9 then.
 constexpr double share_of_constant = 0.1;
+/// Relative difference of the derivatives of two equal peaks that is none.
+constexpr double same_slope = 1e-6;
 
 }  // namespace
 
@@ -143,7 +145,8 @@ VariedPeaks::Peak VariedPeaks::greatest(std::size_t i) const {
     if (range && found.y >= *range && reason.empty())
       reason = fmt::format("the peak exceeds the range {:g} of instrument {}", *range, channels_[i].name);
     for (const auto& other : peaks_[i])
-      if (reason.empty() && !(std::abs(other.slope[c] - found.slope[c]) <= 1e-6 * std::abs(found.slope[c])))
+      if (reason.empty() &&
+          !(std::abs(other.slope[c] - found.slope[c]) <= same_slope * std::abs(found.slope[c])))
         reason = fmt::format(
             "t = {:.9g} s and {:.9g} s: two peaks of {} are equal, so that there is only a "
             "one-sided derivative",
