@@ -9,6 +9,9 @@
 namespace freeplay {
 namespace {
 
+/// rad, rotation of a polar row in one step from which it is taken as constant.
+constexpr double far_rotation = 0.3;
+
 /// θ(z) = 1/(1 − e^(−z)) − 1/z, z ≥ 0.
 double fitted(double z) {
   if (z < 1e-2) return 0.5 + z / 12;  // the next term is z³/720
@@ -83,7 +86,7 @@ void FilmStep::set_theta(Place& f) {
   // Polar rows that rotate far within the step, as when a journal passes the centre, are taken as
   // constant.
   f.gamma = {f.row.gamma_n, f.row.gamma_film, 0};
-  if (std::abs(f.row.turn) * h_ > 0.3) {
+  if (std::abs(f.row.turn) * h_ > far_rotation) {
     f.gamma[0] -= f.row.turn * f.row.turn * (f.law.clearance - f.row.gap);
     f.gamma[1] += f.row.turn * f.y_old[0];  // n·ė = −ġ
   }

@@ -13,6 +13,16 @@
 namespace freeplay {
 namespace {
 
+/// Relative change of a film's thickness in a fixed step from which there is a warning, and the advised one.
+constexpr double coarse_film_change = 0.3, advised_film_change = 0.1;
+/// Accepted deviation of a curve over its greatest value, at knots and within a piece: that of a sine, or of
+/// knots at equal distances of which one step in five meets one, with about 20 steps per period.
+constexpr double accepted_at_knots = 0.1, accepted_in_piece = 0.01;
+/// Places within a step where a curve is compared; no period that divides the step has zeros at both.
+constexpr double places_in_step[] = {0.37, 0.5};
+/// Greatest advised step over the present one.
+constexpr double greatest_advice = 0.5;
+
 /// Deviation of a curve, due to its knots between a and b, from the straight line by which a step
 /// of Δx = |b − a| approximates it: |[y′]| Δx/4 for a jump [y′] of its slope at a knot, and |[y]|
 /// Δx/(2w) for a jump of its value, where w is the width of the shorter adjacent piece.
@@ -73,14 +83,13 @@ void StepResolution::assess_curves(const StepData& s) {
     const double a = reader.argument(s.t_old, s.q_old.data(), s.v_old.data()).value,
                  b = reader.argument(s.t, s.q.data(), s.v.data()).value;
     if (a == b || !(greatest_[i] > 0)) continue;
-    // A sine, or knots at equal distances of which one step in five meets one: 20 and more steps
-    // per period.
-    if (reader.of != CurveReader::Of::time) take(departure_at_knots(reader, a, b) / greatest_[i], 0.1, i);
+    if (reader.of != CurveReader::Of::time)
+      take(departure_at_knots(reader, a, b) / greatest_[i], accepted_at_knots, i);
     if (!std::isfinite(reader.variation(a, b > a))) continue;
     const auto y = [&](double x) { return reader.course.value(a + x * (b - a)); };
     const double from = y(0), to = y(1);
-    for (const double x : {0.37, 0.5})
-      take(std::abs(y(x) - (from + x * (to - from))) / greatest_[i], 0.01, i);
+    for (const double x : places_in_step)
+      take(std::abs(y(x) - (from + x * (to - from))) / greatest_[i], accepted_in_piece, i);
   }
 }
 
@@ -94,14 +103,15 @@ void add_step_notes(const StepDiagnostics& found, const System& system, bool fix
   if (found.inelastic > 0) notes.push_back(diagnostic<Diagnostic::no_restitution_steps>(found.inelastic));
   if (found.unsettled > 0)
     notes.push_back(diagnostic<Diagnostic::film_iteration>(found.unsettled, finer_key(fixed)));
-  if (fixed && thickness_change.share > 0.3)
-    notes.push_back(
-        diagnostic<Diagnostic::film_not_resolved>(system.contact_facts(thickness_change.contact).name,
-                                                  thickness_change.share, 0.1 / thickness_change.share));
+  if (fixed && thickness_change.share > coarse_film_change)
+    notes.push_back(diagnostic<Diagnostic::film_not_resolved>(
+        system.contact_facts(thickness_change.contact).name, thickness_change.share,
+        advised_film_change / thickness_change.share));
   if (curve_deviation.over > 1)
     notes.push_back(diagnostic<Diagnostic::curve_not_resolved>(
         system.curves().readers[static_cast<std::size_t>(curve_deviation.reader)].name, curve_deviation.share,
-        std::min(1 / std::max(std::sqrt(curve_deviation.over), 10 * curve_deviation.share), 0.5)));
+        std::min(1 / std::max(std::sqrt(curve_deviation.over), 10 * curve_deviation.share),
+                 greatest_advice)));
   if (found.uncorrected > 0)
     notes.push_back(diagnostic<Diagnostic::position_residual>(found.uncorrected, found.residual));
   if (found.locked > 0)

@@ -34,16 +34,21 @@ void StepPace::note_speed(double speed) {
 }
 
 void StepPace::note_step(double t, long gains_now) {
-  constexpr long between = 200;  // steps
+  constexpr long between = 200;      // steps
+  constexpr long many_impacts = 40;  // among these steps
+  // Time of these steps over the scene's: below it the floor rises, above it the floor falls.
+  constexpr double slow_progress = 0.02, fast_progress = 0.2;
+  constexpr double rise = 4, fall = 0.25, highest_floor = 0.2;  // of the floor; of the pace
   if (++steps < between) return;
   const double passed = t - since;
   const double slow = scales_.guessed ? pace : scales_.time;
   // Otherwise steps are short because the smooth motion needs it, and a higher floor would not
   // resolve it.
-  const bool crowded = impacts_now >= 40 || gains_now > gains;
-  if (crowded && passed < 0.02 * slow) floor = std::min(4 * floor, std::max(least_floor, 0.2 * pace));
-  if (passed > 0.2 * slow) floor = std::max(0.25 * floor, least_floor);
-  if (passed > 0.02 * slow || gains_now == gains) {
+  const bool crowded = impacts_now >= many_impacts || gains_now > gains;
+  if (crowded && passed < slow_progress * slow)
+    floor = std::min(rise * floor, std::max(least_floor, highest_floor * pace));
+  if (passed > fast_progress * slow) floor = std::max(fall * floor, least_floor);
+  if (passed > slow_progress * slow || gains_now == gains) {
     calm_speed = fastest;
     calm_gains = gains_now;
   }

@@ -5,11 +5,22 @@
 #include <utility>
 
 namespace freeplay {
+namespace {
+
+/// Share of its bound that an impulse may lack where a contact slides: the residual of a solve.
+constexpr double slip_residual = 1e-9;
+/// Rate at the end of a step, over that at its beginning, up to which sliding has stopped.
+constexpr double stopped_share = 1e-3;
+/// Greatest estimate of an error, so that its ratios stay finite; NaN counts as this.
+constexpr double greatest_error = 1e10;
+
+}  // namespace
 
 void list_modes(const ContactSet& contacts, const StepProblem& problem, std::vector<signed char>& list) {
   list.clear();
-  const auto way = [](double impulse, double bound) {
-    return static_cast<signed char>(std::abs(impulse) < bound * (1 - 1e-9) ? 1 : impulse < 0 ? 2 : 3);
+  const auto way = [](double impulse, double bound) -> signed char {
+    if (std::abs(impulse) < bound * (1 - slip_residual)) return 1;
+    return impulse < 0 ? 2 : 3;
   };
   for (const auto& c : contacts.all()) {
     const auto* u = problem.unknown_of(c);
@@ -27,13 +38,13 @@ double slip_reversal_error(const StepData& step, const ContactSet& contacts, con
   const auto take = [&](const SparseRow& row, const ContactUnknown& u, double bound) {
     const double before = row.dot(step.v_old.data());
     if (bound <= 0 || before == 0) return;
-    if (std::abs(u.impulse_t) >= bound * (1 - 1e-9)) {
+    if (std::abs(u.impulse_t) >= bound * (1 - slip_residual)) {
       if (before * u.impulse_t > 0)
         rate = std::max(rate, std::abs(before));  // friction that drives the sliding
       return;
     }
     // with little normal force, it slides on
-    if (std::abs(problem.rate(u.tangent)) > 1e-3 * std::abs(before)) return;
+    if (std::abs(problem.rate(u.tangent)) > stopped_share * std::abs(before)) return;
     // Sliding was stopped. The impulse that then holds the contact, which is the total less the
     // impulse that stopped it, may exceed the friction limit.
     const double d = problem.D(u.tangent, u.tangent), held = std::abs(u.impulse_t + before / d);
@@ -164,7 +175,7 @@ double StepPair::path_error(const MoreauStepper& moreau) const {
     const double ratio = std::abs(middle_q[i] - cubic) / (16 * norm_.tolerance * norm_.absolute[i]);
     if (!(ratio <= worst)) worst = ratio;
   }
-  return worst < 1e10 ? worst : 1e10;
+  return worst < greatest_error ? worst : greatest_error;
 }
 
 double StepPair::difference(const MoreauStepper& moreau) const {
@@ -184,7 +195,7 @@ double StepPair::difference(const MoreauStepper& moreau) const {
         std::abs(moreau.z()[k] - whole_.z[k]) / (norm_.tolerance * system_.state_scale(static_cast<int>(k)));
     if (!(ratio <= worst)) worst = ratio;
   }
-  return worst < 1e10 ? worst : 1e10;
+  return worst < greatest_error ? worst : greatest_error;
 }
 
 /// Error estimate of a rate (m/s) that both the full step and its halves miss.

@@ -288,10 +288,12 @@ void StepProblem::note_painleve(StepData& s, const ContactSet& contacts,
     const double slide = c.row.tangent.dot(s.v_old.data()), after = rate(u.tangent);
     const double side = slide > 0 ? 1 : -1;
     const double slope = D(u.normal, u.normal) - side * u.friction * D(u.normal, u.tangent);
-    // A contact at rest does not slide: rounding leaves it far below what the step's forces do.
-    const bool slides = std::abs(slide) > 1e-6 * std::abs(problem.b[u.tangent] - slide);
-    if (slides && u.impulse_n > 0 && slope <= 0 && -c.u_n_minus <= 1e-4 * std::abs(slide) &&
-        side * after <= 1e-3 * std::abs(slide) && found.lockups++ == 0)
+    // A contact at rest does not slide: rounding leaves it far below what the step's forces do. A lockup
+    // stops a sliding contact that hardly approaches; both shares are of the sliding speed.
+    constexpr double at_rest = 1e-6, most_approach = 1e-4, stopped = 1e-3;
+    const bool slides = std::abs(slide) > at_rest * std::abs(problem.b[u.tangent] - slide);
+    if (slides && u.impulse_n > 0 && slope <= 0 && -c.u_n_minus <= most_approach * std::abs(slide) &&
+        side * after <= stopped * std::abs(slide) && found.lockups++ == 0)
       found.lockup = fmt::format("t = {:.9g} s, {}", s.t_old, contacts.facts(k).name);
   }
 }
