@@ -97,7 +97,8 @@ bool wound(const System& system, const ReturnPoint& p) {
   const double before = system.potential(unwound.data());
   const double after = system.potential(p.end.state.q.data());
   const double size = std::max({std::abs(before), std::abs(after), system.kinetic(p.end.state.v.data())});
-  return turned && std::abs(after - before) > 1e-6 * size;
+  constexpr double rounding = 1e-6;  // of the energies
+  return turned && std::abs(after - before) > rounding * size;
 }
 
 bool is_equilibrium(const ReturnMap& map, const ReturnPoint& p) {
