@@ -81,8 +81,8 @@ RecordedRun recorded(const RunRequest& request, RunPlan& plan) {
     throw SceneError(fmt::format("{}: contains the run to be repeated; give another folder with -o",
                                  plan.folder->string()));
   if (run.identity.program != program_identity())
-    fmt::print(stderr, "{}: written by freeplay {}, repeated by {}: digits may differ\n", file.string(),
-               program_name(run.identity.program), program_name(program_identity()));
+    fmt::print(stderr, "{}: written by freeplay {}, repeated by {}: results may not be bitwise identical\n",
+               file.string(), program_name(run.identity.program), program_name(program_identity()));
   return run;
 }
 
@@ -210,7 +210,7 @@ void run_verb(Program& program) {
       .shows_default();
   options.limit_output(request.most_output);
   options.flag("--compile", request.compile, "compile the mechanism before the first step, not after 20,000");
-  options.flag("--no-compile", request.no_compile, "never compile the mechanism; the digits are the same");
+  options.flag("--no-compile", request.no_compile, "never compile; the results are bitwise identical");
   options
       .add("--plot", request.figures.plot,
            "column to plot over time in a separate figure; may be repeated; a wrong name lists all")

@@ -107,7 +107,9 @@ std::optional<CompiledRun> compile_system(System& system, const State& near, Row
   if (differing_quantities(system, functions, near, facts, states) > 0 ||
       differing_motions(system, functions, near, facts, states) > 0 ||
       (!functions.steps.empty() && differing_steps(system, functions, near, facts, states) > 0)) {
-    found.reason = "the compiled functions give other digits, as with a program built for fused multiply-add";
+    found.reason =
+        "the compiled functions are not bitwise identical to the general ones, as with a program built for "
+        "fused multiply-add";
     return found;
   }
   system.compiled().attach(std::move(functions));
