@@ -1,8 +1,8 @@
 // Compiled functions of steps of the midpoint rule in lanes (numerics/trace.hpp): trajectories of
-// mechanisms of one structure, side by side. They do ordinary steps only: at most one contact acts,
-// and it was closed before the step and stays closed, with a solution in closed form; no gap is
-// negative at the end, except that of this contact. A bit of the result marks each lane whose step is another
-// one; MoreauStepper then makes that step. All digits are those of MoreauStepper.
+// mechanisms of one structure, side by side. They make ordinary steps only. In an *ordinary step* at most one
+// contact acts. It was closed before the step and stays closed, with a solution in closed form, and no other
+// gap is negative at the end. A bit of the result marks each lane whose step is not ordinary; MoreauStepper
+// then makes that step. Results are bitwise identical to those of MoreauStepper.
 //
 // All functions read and write one table of arrays, LaneArray, and change an entry only as said here:
 //

@@ -1,8 +1,8 @@
-// LaneGroup: makes ordinary fixed steps of several MoreauSteppers together, by the functions of
-// lane_functions.hpp. Each stepper has a lane while its steps are ordinary; all its data that such steps
-// change are then in the group. If its next step is another one, its lane is stored back, and the stepper
-// makes that step itself. Both ways give the same digits. LaneScheduler decides which lane leaves and
-// returns.
+// LaneGroup: makes fixed steps of several MoreauSteppers together, by the functions of lane_functions.hpp.
+// Each stepper has a lane while its steps are ordinary: at most one contact acts, which is closed before and
+// after the step. All its data that such steps change are then in the group. If a step needs more than one
+// contact, or a contact opens or closes, its lane is copied back and the stepper makes the step. Both ways
+// give bitwise identical results. LaneScheduler decides which lane leaves and returns.
 //
 // Usage: enter() gives a lane its stepper; ready() tells whether it may be loaded; load(), advance(),
 // store().

@@ -1,6 +1,6 @@
-// A run in a lane of its own: ordinary fixed steps that no observer sees are made by the functions of
-// steps in lanes (lane_group.hpp) with one lane, which do a whole step at once. The result
-// is that of Formulation::run(), bit for bit.
+// A run in a lane of its own: ordinary fixed steps (lane_functions.hpp) that no observer sees are made by the
+// functions of steps in lanes (lane_group.hpp) with one lane, which make a whole step at once. The result is
+// bitwise identical to that of Formulation::run().
 #pragma once
 
 #include <functional>
@@ -27,7 +27,7 @@ Ending run_in_single_lane(Formulation& formulation, double until, Watch& watch,
 // Runs of fixed time steps in lanes: several formulations of mechanisms of one structure step together
 // (time_stepping/lane_group.hpp) wherever their steps are ordinary and no observer sees them; all other
 // steps are those of their own run, one after the other. A run that ends leaves its lane to the next
-// one. The results are those of separate runs, bit for bit.
+// one. The results are bitwise identical to those of separate runs.
 
 /// One run; nothing is owned.
 struct LaneRun {
