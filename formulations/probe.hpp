@@ -1,5 +1,5 @@
 // ForceProbe: forces of a run for observers. It evaluates them with a second object of a stepper's dynamics,
-// which has its own factorisations and pivots, so that observation does not change the motion in any digit.
+// which has its own factorisations and pivots, so that observed motions are bitwise identical to others.
 #pragma once
 
 #include <memory>

@@ -17,7 +17,7 @@
 // differenced.
 //
 // A column ends where there is no derivative, with a reason (refuse()). A stepper owns a Variation only
-// if derivatives are requested; it reads the stepper's data and changes no digit of the motion.
+// if derivatives are requested; the motion is bitwise identical to one without it.
 #pragma once
 
 #include <algorithm>

@@ -24,9 +24,9 @@ namespace freeplay {
 //     corrector    y₁ = y* + h g_k φ*_k,  and the differences anew with f(y₁)
 //
 // Source: Krogh, Shampine and Gordon, as in Boost.Odeint's adaptive_adams_bashforth_moulton, with its
-// choice of the order. Each sum has the operations of Odeint in their order, so the digits are the same;
-// but it is one pass over the components with all orders at once. Norms are taken of the differences
-// and multiplied afterwards, which rounds to the same number.
+// choice of the order. Each sum has the operations of Odeint in their order, so the results are bitwise
+// identical; but it is one pass over the components with all orders at once. Norms are taken of the
+// differences and multiplied afterwards, which rounds to the same number.
 //
 // Usage: see Adams::attempt(). All components are in units of their error scales. A table has, for each
 // four components, the differences of all orders in turn, so that a pass reads one stream.

@@ -157,7 +157,7 @@ class Rosenbrock : public MethodState {
 /// per contact, even if the motion is smooth; methods of high order find no accepted step at all.
 /// The implicit method takes over until the mode changes if the explicit method fails, or if after
 /// many steps in one mode an implicit step of twenty times their length passes the same error
-/// control. If neither happens, the results are those of the explicit method in every digit. A
+/// control. If neither happens, the results are bitwise identical to those of the explicit method. A
 /// method with a fixed step is relieved only if it fails or if modes chatter.
 template <class Method>
 class Relieved : public Method {

@@ -1,6 +1,6 @@
 // Algebra of Boost.Odeint for std::vector<double>: its linear combinations, two or four entries at a time.
-// Each entry is computed by the same operations in the same order as with Odeint's own algebra, so
-// the digits are the same.
+// Each entry is computed by the same operations in the same order as with Odeint's own algebra, so the
+// results are bitwise identical.
 #pragma once
 
 #include <boost/numeric/odeint/algebra/algebra_dispatcher.hpp>

@@ -1,6 +1,6 @@
 // StepKernel: the compiled beginning and end of a step (lane_functions.hpp) for one MoreauStepper. They take
-// the place of the general path for fixed steps of mechanisms that have them, and give its digits. Each
-// call returns false if there are none, or if a comparison has another result than at the sample;
+// the place of the general path for fixed steps of mechanisms that have them, with bitwise identical results.
+// Each call returns false if there are none, or if a comparison has another result than at the sample;
 // the general path then does that part of the step.
 #pragma once
 

@@ -27,7 +27,7 @@ bool VariedColumns<Dynamics>::displace_closer(std::size_t c) {
   return true;
 }
 
-/// f_p at a fixed state and mode. A parameter that changes no digit of f has no part. If the parameter moves
+/// f_p at a fixed state and mode. A parameter that changes no bit of f has no part. If the parameter moves
 /// a kink of f past the state, the values on the other side of it are left out. The second differences about
 /// −h, 0 and h of a smooth function lie on a line up to its fourth derivative, those of a kink do not.
 template <class Dynamics>

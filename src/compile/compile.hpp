@@ -4,7 +4,7 @@
 // microseconds. A run compiles once the time that it has taken so far shows that its rest will save more. A
 // study, whose work is unknown, compiles once a run has evaluated as many right-hand
 // sides as a compilation costs: at worst the whole costs twice the better choice. The compiled
-// functions give the digits of the general ones, which is checked before they are used, so the
+// functions are bitwise identical to the general ones, which is checked before they are used, so the
 // instant of the change has no effect on results.
 #pragma once
 

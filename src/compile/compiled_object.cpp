@@ -36,8 +36,8 @@ constexpr int most_objects = 1000;
 
 /// -O1: -O2 takes longer and gains little on straight code; of its parts, one leaves the wide registers
 /// of lanes clean.
-/// AVX saves moves and has registers for lanes; each of its operations has the digits of the base
-/// instruction set, unlike fused multiply-add.
+/// AVX saves moves and has registers for lanes; each of its operations is bitwise identical to that of the
+/// base instruction set, unlike fused multiply-add.
 const std::vector<std::string>& compiler() {
   static const std::vector<std::string> command = [] {
     std::vector<std::string> c{"cc",

@@ -11,8 +11,8 @@
 // same one. The compiler works in a folder of its own below the cache folder, with its temporary files;
 // the folder is removed also when this process is killed.
 //
-// Contraction to fused multiply-add is off, and the text fixes the order of all operations: the
-// digits do not depend on the compiler.
+// Contraction to fused multiply-add is off, and the text fixes the order of all operations:
+// results of all compilers are bitwise identical.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// CompiledSystem: the compiled functions of a System (dynamics/system_functions.hpp), which give the same
-// digits faster. Each call returns false if there is no function, or if it does not cover the state.
+// CompiledSystem: the compiled functions of a System (dynamics/system_functions.hpp), which are faster and
+// bitwise identical. Each call returns false if there is no function, or if it does not cover the state.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,6 @@
 // MotionKernel: calls of the compiled functions of right-hand sides (system_functions.hpp), which
-// evaluate everything that depends on a state alone in one call. It gives the digits of place(), rate()
-// and forces() of the System and of the SaddlePoint's factor() and solve().
+// evaluate everything that depends on a state alone in one call. Results are bitwise identical to those of
+// place(), rate() and forces() of the System and of the SaddlePoint's factor() and solve().
 //
 // Usage:
 //

@@ -1,6 +1,6 @@
 // Compiled functions of a System. Once CompiledSystem::attach() has set them, place(), rate(), forces() and
-// contact() of double call them, and the saddle points of the formulations use `solve`. Each gives
-// the digits of the templates; where a guard fails (a comparison has another result than at the
+// contact() of double call them, and the saddle points of the formulations use `solve`. Each is
+// bitwise identical to the templates; where a guard fails (a comparison has another result than at the
 // sample, numerics/traced.hpp), the templates are evaluated.
 //
 //     place:    in t, q                          out cosine, sine, Φ, Φ_t, G, y″ of motions

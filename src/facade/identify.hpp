@@ -1,4 +1,4 @@
-// Identity of a run (values/identity.hpp): everything that determines its digits, as text. These
+// Identity of a run (values/identity.hpp): everything that determines its bits, as text. These
 // functions compute it from a scene, before or without a run. They keep no state.
 #pragma once
 

@@ -54,7 +54,7 @@ struct Simulation::Implementation {
   std::uint64_t noise_of_run() const;
   void find_undetermined();
   RowFacts facts();
-  /// Compiles the mechanism; the run continues with the same digits. `only_known` and `worth`: as
+  /// Compiles the mechanism; the run remains bitwise identical. `only_known` and `worth`: as
   /// compile_system().
   void compile_now(const StopToken& stop, bool only_known = false, double worth = longest_estimate);
   /// Compiles it if the run is long enough by now, and so is its rest.

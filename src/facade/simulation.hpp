@@ -111,7 +111,7 @@ class Simulation {
     /// Called at its end with the number of its steps that were made in a lane.
     std::function<void(Result result, long in_lanes)> ended = {};
   };
-  /// Runs all simulations that `next` returns, with the digits of run(). Fixed time steps of
+  /// Runs all simulations that `next` returns, bitwise identical to run(). Fixed time steps of
   /// simulations of one structure for which compilation is requested (SimulationOptions::compile) are made in
   /// lanes: together, wherever no observer sees them (docs/theory/compiled.md). `next` is asked whenever a
   /// lane is empty, and when it had none, again after each end of a run. It may return a simulation whose run
@@ -122,8 +122,8 @@ class Simulation {
 
   /// The scene as given to the constructor.
   const Scene& scene() const;
-  /// Everything that determines the digits of a run from the start (values/identity.hpp). Runs of
-  /// equal identity give equal digits.
+  /// Everything that determines a run from the start (values/identity.hpp). Runs of equal identity are
+  /// bitwise identical.
   Identity identity() const;
   /// Names and sizes of the simulation's parts: bodies, contacts, instruments, force elements.
   const Layout& layout() const;

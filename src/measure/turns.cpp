@@ -190,8 +190,8 @@ void TurnMeter::contacts(TurnMetrics& m, double end) const {
 namespace {
 
 /// A transform for each thread, which keeps chirps and plans of the turns before, because the runs
-/// of a study are alike. These depend on the number and spacing of the samples only, so the digits
-/// equal those of a new transform.
+/// of a study are alike. These depend on the number and spacing of the samples only, so results
+/// are bitwise identical to those of a new transform.
 TurnTransform& transform_with(int highest) {
   thread_local std::optional<TurnTransform> kept;
   thread_local int of = -1;

@@ -4,7 +4,7 @@
 //
 // Dense path: Cholesky factorisation of the Schur complement S = G M⁻¹ Gᵀ. If its pivots cancel, as
 // those of a body with a very small inertia do, one step of iterative refinement against G a = r
-// restores the digits. Sparse path: KLU on the whole saddle-point matrix.
+// restores the accuracy. Sparse path: KLU on the whole saddle-point matrix.
 //
 // If rows of G are dependent, the multipliers are not unique. The proximal iteration
 //

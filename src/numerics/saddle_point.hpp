@@ -58,7 +58,7 @@ class SaddlePoint {
               RowFacts facts = {});
 
   /// Uses compiled functions from the time on when `functions`, which must outlive this object, has
-  /// them. They give the same digits.
+  /// them. Their results are bitwise identical.
   void use(const SolveFunctions* functions) { functions_ = functions; }
   /// Traces these functions at values of G; those marked constant have these values always. Adds
   /// nothing and returns false if a block has no dense path without dependent rows. Throws

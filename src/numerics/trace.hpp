@@ -9,7 +9,7 @@
 //
 // An object for lanes has functions that do several computations side by side, each in its lane, with
 // vector types of the compiler: all arrays, and the table of constants, have one number for each lane
-// in turn. Each lane has the digits that the function has alone. Such functions return a bit for each
+// in turn. Each lane is bitwise identical to the function alone. Such functions return a bit for each
 // lane in which a guard failed. One lane has plain numbers.
 //
 // Usage:

@@ -5,7 +5,7 @@
 // Each number carries its value at the sample at which the trace is made. A comparison returns its
 // result at the sample and records a guard: the compiled function refuses a state at which any
 // comparison has another result. Operations keep the order of the template, and only 0 and ±1 are
-// folded, so that the compiled function gives the digits of the template.
+// folded, so that the compiled function is bitwise identical to the template.
 //
 // The operators are never inlined: [[gnu::flatten]] of the templates would otherwise copy the
 // bookkeeping into each of them.

@@ -1,5 +1,5 @@
 // Four doubles at a time, on machines that have registers of that size. Each of the four is computed by
-// the operations of one double in their order, and no operations are fused, so the digits are the same.
+// the operations of one double in their order, and no operations are fused: results are bitwise identical.
 #pragma once
 
 namespace freeplay {

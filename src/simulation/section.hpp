@@ -11,7 +11,7 @@
 // from step to step: a crossing is counted once, also if a projection moved the state across it.
 //
 // Convention: at the instant of an impact the state is the one before the impact. Angles cross a
-// value once in every turn. Observation changes no digit of the run.
+// value once in every turn. Observed runs are bitwise identical to others.
 #pragma once
 
 #include <cmath>

@@ -7,7 +7,7 @@
 namespace freeplay {
 
 /// Whether a simulation compiles its mechanism with the system's C compiler (docs/theory/compiled.md).
-/// The digits are the same with and without.
+/// The results are bitwise identical with and without.
 enum class Compile {
   automatic,  ///< after as many right-hand sides as a compilation costs
   always,     ///< before the first step

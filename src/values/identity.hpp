@@ -1,5 +1,5 @@
-// Identity of a run: everything its digits depend on, as text. Two runs with equal identity have
-// equal digits. The identity is derived from the objects that ran, never typed. It is the only
+// Identity of a run: everything that determines its bits, as text. Two runs with equal identity are
+// bitwise identical. The identity is derived from the objects that ran, never typed. It is the only
 // source of run.json's provenance, of the keys of a study, of the check whether a checkpoint can be
 // resumed, and of the run that `freeplay run --from` repeats.
 #pragma once

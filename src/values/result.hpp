@@ -98,7 +98,7 @@ struct OnsetDoubt {
   double greatest() const { return missing ? INFINITY : std::max({time, speed, impulse}); }
 };
 
-/// Compiled functions of the mechanism in a run. They give the digits of the general ones.
+/// Compiled functions of the mechanism in a run. They are bitwise identical to the general ones.
 struct CompiledRun {
   bool used = false;   ///< whether the run used them
   double from = 0;     ///< s, time of the run from which on

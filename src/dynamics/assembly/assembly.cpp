@@ -235,7 +235,7 @@ std::vector<int> redundant_rows(const System& system, const std::vector<double>&
 
 namespace {
 
-/// Satisfies rows of a single coordinate to the last digit: compiled equations take such a coordinate as a
+/// Satisfies rows of a single coordinate to the last bit: compiled equations take such a coordinate as a
 /// constant.
 void close_single_rows(const System& system, std::vector<double>& q) {
   const double rounding = 1e-14 * length_scale(system);

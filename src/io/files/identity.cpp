@@ -22,7 +22,7 @@ std::string line(std::string_view key, const std::string& value) {
 std::string force_of(const std::string& load) { return fmt::format("the force of {}", load); }
 std::string text(std::string_view key, std::string_view value) { return line(key, toml_quoted(value)); }
 
-/// Instruction set of the compiled program. It affects digits: a fused multiply-add rounds once,
+/// Instruction set of the compiled program. It affects the last bits: a fused multiply-add rounds once,
 /// two separate operations round twice.
 std::string instruction_set() {
   std::string list;

@@ -1,7 +1,7 @@
 // Execution of the runs of a study: by all threads, of which each makes several runs together where their
 // mechanisms and schemes allow it (Simulation::run_together). Sweeps, calibrations, attractors and ensembles
-// make all their runs here. Each result is available as soon as its run ends, and has the digits of a run
-// alone.
+// make all their runs here. Each result is available as soon as its run ends, and is bitwise
+// identical to that of a run alone.
 #pragma once
 
 #include <cstddef>

@@ -28,7 +28,7 @@ namespace {
 /// Limit of the runs of one study, which are planned at once and stored in one database.
 constexpr double most_runs = 1e6;
 
-/// SettingsWriter: the visitor that states the settings that affect the digits of single runs.
+/// SettingsWriter: the visitor that states the settings that affect the results of single runs.
 class SettingsWriter {
  public:
   struct OfRuns {};

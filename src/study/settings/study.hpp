@@ -260,7 +260,7 @@ struct Study {
 
   static constexpr Range below_one{[](double x) { return x >= 0 && x < 1; }, "at least 0 and below 1"};
 
-  /// A visitor with a member type `OfRuns` visits only the settings that affect the digits of single
+  /// A visitor with a member type `OfRuns` visits only the settings that affect the results of single
   /// runs: neither their number nor their evaluation.
   static void keys(auto& k, auto& x) {
     constexpr bool all = !requires { typename std::decay_t<decltype(k)>::OfRuns; };
