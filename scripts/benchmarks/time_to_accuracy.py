@@ -7,7 +7,7 @@ divided by their mean interval. The reference of nonsmooth runs is event-driven 
 penalty runs Bulirsch–Stoer with 1e-12; a second run (1e-12; dopri5) shows the accuracy of the references. A scheme's
 settings become finer by factors of ten or three until the error is below 1e-8 or the next run would take more than a
 second. The time is the CPU time of the run without reading the scene, assembly and compilation, the least of three rounds
-in which general and compiled runs alternate. Their digits are the same.
+in which general and compiled runs alternate. Their results are bitwise identical.
 
 For the slider-crank two other programs make the steps of Moreau–Jean in the two coordinates of a derivation by hand:
 freeplay-hand-derived (whole process) and Siconos (its time stepping; Debian's libsiconos-mechanics-dev, with g++).
