@@ -148,7 +148,7 @@ bool EndRates::meet(StepData& s, ContactSet& contacts, const StepProblem& proble
   });
   auto& integrals = s.totals.integrals;
   integrals.friction -= rubbed;
-  // Ideal joints do no work, so this work is assigned to the drives (account_step()).
+  // Ideal joints do no work, so this work is assigned to the drives (accumulate_energies()).
   (s.system.drive_rows() > 0 ? integrals.drive : integrals.stabilisation) +=
       s.system.kinetic(s.v.data()) - before - rubbed;
   if (forces.watching()) report(s, contacts, problem, responses, forces.smooth());

@@ -239,7 +239,7 @@ unsigned LaneGroup::open_gaps(unsigned lanes) {
 }
 
 /// The work of the correction of positions against gravity and springs.
-void LaneGroup::account_potential(unsigned lanes) {
+void LaneGroup::accumulate_potential(unsigned lanes) {
   for (int lane = 0; lane < width_; ++lane) {
     if ((lanes >> lane & 1) == 0) continue;
     for (int i = 0; i < size(q); ++i) {
@@ -304,7 +304,7 @@ unsigned LaneGroup::advance(unsigned lanes, long most) {
     if ((bad & lanes) != lanes) {
       bad |= call(functions_.end);
       bad |= open_gaps(lanes & ~bad);
-      if (potential_) account_potential(lanes & ~bad);
+      if (potential_) accumulate_potential(lanes & ~bad);
     }
     bad &= lanes;
     for (int lane = 0; lane < width_; ++lane) {

@@ -78,7 +78,7 @@ class LaneGroup {
   unsigned press(int contact, unsigned lanes);
   unsigned slide(unsigned lanes);
   unsigned open_gaps(unsigned lanes);
-  void account_potential(unsigned lanes);
+  void accumulate_potential(unsigned lanes);
   void restore(unsigned lanes);
   void keep_motion(long step);
 

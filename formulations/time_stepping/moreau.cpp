@@ -281,7 +281,7 @@ bool MoreauStepper::end_step() {
     advance_positions();
   }
   if (forces_.watching()) forces_.collect(d, contacts_, problem_, responses_, films_);
-  account_step(d, contacts_, problem_, responses_, films_, record_.in_impact(), fixed());
+  accumulate_energies(d, contacts_, problem_, responses_, films_, record_.in_impact(), fixed());
   if (fixed()) resolution_.assess(d, contacts_);
   correction_.bring_back(d, contacts_, problem_, responses_, films_);
   if (d.smooth() && !end_rates_.meet(d, contacts_, problem_, responses_, forces_)) return false;

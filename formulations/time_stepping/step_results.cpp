@@ -182,7 +182,7 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
 namespace {
 
 /// Works of constraint rows: the drives' work, and the work of constraint errors.
-void account_rows(StepData& s) {
+void accumulate_row_works(StepData& s) {
   const int first_driven = s.system.rows() - (s.system.has_motions() ? s.system.drive_rows() : 0);
   // If velocities satisfy the rates at both ends (EndRates), the work of all rows on their mean is
   // that of the drives. Ideal joints do no work, and the rotation of their rows within the step is
@@ -207,7 +207,7 @@ void account_rows(StepData& s) {
 }
 
 /// Losses of contacts and friction; returns their total energy gain.
-double account_contacts(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
+double accumulate_contact_losses(StepData& s, const StepProblem& problem, const ImpulseResponses& responses) {
   auto& integrals = s.totals.integrals;
   double gain = 0;
   for (const auto& c : problem.problem.unknowns) {
@@ -230,20 +230,21 @@ double account_contacts(StepData& s, const StepProblem& problem, const ImpulseRe
 
 }  // namespace
 
-void account_step(StepData& s, const ContactSet& contacts, const StepProblem& problem,
-                  const ImpulseResponses& responses, const FilmStep& films, bool in_impact, bool fixed) {
+void accumulate_energies(StepData& s, const ContactSet& contacts, const StepProblem& problem,
+                         const ImpulseResponses& responses, const FilmStep& films, bool in_impact,
+                         bool fixed) {
   const double h = s.length();
   auto& integrals = s.totals.integrals;
   if (!s.whole) {
     mean_of(s.v.size(), s.v_old.data(), s.v.data(), s.v_mean.data());
-    account_rows(s);
+    accumulate_row_works(s);
   }
   if (films.any()) integrals.film += films.loss(s.v_old.data(), s.v.data());
   double approach = 0;  // Σ P_N |u_N⁻|
   for (const int k : contacts.live())
     if (const auto* u = problem.unknown_of(contacts[k]))
       approach += u->impulse_n * std::max(0.0, -contacts[k].u_n_minus);
-  const double gain = account_contacts(s, problem, responses);
+  const double gain = accumulate_contact_losses(s, problem, responses);
   // Lasting contacts may add a gain of h² times forces per step; a greater gain is from an impact
   // that raised the energy. Adaptive steps over impacts are the shortest steps.
   if (in_impact)

@@ -1,4 +1,4 @@
-// Results of a step: contact events (ContactRecord), forces (StepForces), energies (account_step()).
+// Results of a step: contact events (ContactRecord), forces (StepForces), energies (accumulate_energies()).
 //
 // ContactRecord: derives contact events from a step's impulses, and the velocity change by the
 // step's impacts, which sensors measure. The time of a contact onset is the time at which the gap
@@ -78,7 +78,8 @@ class StepForces {
 
 /// Adds a step's works to the totals. `in_impact`: it had impacts, whose energy gains are counted.
 /// `fixed`: steps of fixed length. Sets step.v_mean to the mean velocity.
-void account_step(StepData& step, const ContactSet& contacts, const StepProblem& problem,
-                  const ImpulseResponses& responses, const FilmStep& films, bool in_impact, bool fixed);
+void accumulate_energies(StepData& step, const ContactSet& contacts, const StepProblem& problem,
+                         const ImpulseResponses& responses, const FilmStep& films, bool in_impact,
+                         bool fixed);
 
 }  // namespace freeplay
