@@ -257,9 +257,9 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
       differs = true;
       faulty = faulty || m.faulty_signal;
       constexpr long most = 3;
-      const auto told = std::min(most, static_cast<long>(m.findings.size()));
+      const auto shown = std::min(most, static_cast<long>(m.findings.size()));
       add(fmt::format("{} differs from the measurement: {}", m.formulation,
-                      fmt::join(m.findings.begin(), m.findings.begin() + told, "; ")));
+                      fmt::join(m.findings.begin(), m.findings.begin() + shown, "; ")));
     }
   for (const auto& m : models) {
     if (m.outcome == Outcome::agrees)
