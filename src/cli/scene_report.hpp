@@ -13,8 +13,8 @@
 
 #include "cli/terminal.hpp"
 #include "dynamics/assembly/mobility.hpp"
+#include "mechanism/plausibility.hpp"
 #include "mechanism/scene.hpp"
-#include "mechanism/sense.hpp"
 #include "values/state.hpp"
 
 namespace freeplay::cli {

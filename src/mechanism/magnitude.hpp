@@ -1,6 +1,6 @@
 // Bounds on numbers by unit. The reader refuses numbers outside them, because results would be
 // meaningless: sums lose small terms to rounding, squares overflow, files grow without limit.
-// Numbers within the bounds are checked for plausibility in mechanism/sense.hpp.
+// Numbers within the bounds are checked for plausibility in mechanism/plausibility.hpp.
 #pragma once
 
 #include <array>

@@ -2,7 +2,7 @@
 // stops with its reason.
 #include "dynamics/assembly/mobility.hpp"
 #include "facade/assess.hpp"
-#include "mechanism/sense.hpp"
+#include "mechanism/plausibility.hpp"
 #include "simulation/march.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,5 +1,5 @@
 // Unit plausibility check: implausible units raise a question, and nothing else does.
-#include "mechanism/sense.hpp"
+#include "mechanism/plausibility.hpp"
 #include "study/calibration/agreement.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,4 +1,4 @@
-#include "mechanism/sense.hpp"
+#include "mechanism/plausibility.hpp"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,7 @@ namespace freeplay {
 
 struct Mechanism;
 
-/// One question for each rule of sense.cpp that finds something, with the likely intended value. A
+/// One question for each rule of plausibility.cpp that finds something, with the likely intended value. A
 /// question names the first element found and counts the others. Empty if nothing is implausible.
 std::vector<std::string> plausibility_checks(const Mechanism& mechanism);
 
