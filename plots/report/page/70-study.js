@@ -58,18 +58,18 @@ function makeSweep(section) {
   const names = data.columns, axes = names.slice(0, data.axes), list = data.runs;
   const head = element('div', 'row'), choice = element('select', 'controls'), chosen = chosenBox();
   choice.setAttribute('aria-label', 'statistic');
-  const told = names.map((_, k) => list.some((run) => run.values[k] !== null));
+  const hasValues = names.map((_, k) => list.some((run) => run.values[k] !== null));
   names.forEach((name, k) => {
-    if (k < axes.length || !told[k]) return;
+    if (k < axes.length || !hasValues[k]) return;
     const option = element('option', '', columnTitle(k));
     option.value = k;
     choice.append(option);
   });
   // The study's own measures precede the statistics, here and in the table.
   const own = (k) => k < axes.length || (data.own || []).includes(names[k]);
-  const order = [...names.keys()].filter((k) => told[k]).sort((a, b) => own(b) - own(a));
+  const order = [...names.keys()].filter((k) => hasValues[k]).sort((a, b) => own(b) - own(a));
   const first = names.indexOf(data.first);
-  if (first >= axes.length && told[first]) choice.value = first;
+  if (first >= axes.length && hasValues[first]) choice.value = first;
   head.append(element('h2', '', `Runs of the study: ${list.length} of ${data.all}`), choice);
   section.append(head);
   const choose = (run) => {
@@ -139,7 +139,7 @@ function makeSweep(section) {
   });
   if (!matrix.childElementCount && axes.length) {
     choice.remove();
-    const statistics = names.filter((_, k) => k >= axes.length && told[k]);
+    const statistics = names.filter((_, k) => k >= axes.length && hasValues[k]);
     makeScatter(section, axes[0], statistics, (i) => { choose(list[i]); return chosen.textContent; }, {
       title: `over ${axes[0]}`, size: 5, chosen, colour: () => colours.c0,
       columnOf: (name) => ({ y: list.map((run) => run.values[names.indexOf(name)]) }),
