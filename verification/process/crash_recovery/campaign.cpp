@@ -218,31 +218,27 @@ keep = 4
   const auto poincare = [&](const char* periods) {
     return Words{"poincare", ball, "--section", "each touch", "--periods", periods, "--discard", "20"};
   };
+  const Words trade{"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
+      penalty{"run", rig, "--formulation", "penalty", "--no-figures"};
   return {
-      {"run", set(run, "0.4"), set({"run", rig, "--formulation", "penalty", "--no-figures"}, "0.05"), "",
-       true, false},
-      {"compare", set(compare, "0.1"), set(compare, "0.05"), "", false, false},
-      {"sweep", {"sweep", sweep, "--allow-outside"}, {}, "sweep.db", false, false},
-      {"calibrate", {"calibrate", calibrate, "--allow-outside"}, {}, "calibrate.db", false, false},
-      {"tradeoff",
-       {"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
-       {"tradeoff", tradeoff, "--allow-outside", "--repeats", "1"},
-       "",
-       false,
-       false},
-      {"figures", {"figures"}, set(compare, "0.05"), "", false, true},
-      {"poincare", poincare("2000"), poincare("20"), "", false, false},
-      {"bifurcation", {"bifurcation", bifurcation, "--allow-outside"}, {}, "bifurcation.db", false, false},
-      {"basin", {"basin", basin, "--allow-outside"}, {}, "basin.db", false, false},
-      {"plot", {"plot", "--y", "gudgeon.gap,slider.vx"}, set(compare, "0.05"), "", false, true},
-      {"export",
-       {"export", "--hdf5"},
-       set({"run", rig, "--formulation", "penalty", "--no-figures"}, "0.4"),
-       "",
-       false,
-       true},
-      {"laws", {"laws", rig}, {"laws", rig, "--mass", "2"}, "", false, false},
-      {"drift", set({"drift", rig}, "0.02"), set({"drift", rig}, "0.01"), "", false, false}};
+      {.name = "run", .words = set(run, "0.4"), .older = set(penalty, "0.05"), .resumes = true},
+      {.name = "compare", .words = set(compare, "0.1"), .older = set(compare, "0.05")},
+      {.name = "sweep", .words = {"sweep", sweep, "--allow-outside"}, .database = "sweep.db"},
+      {.name = "calibrate", .words = {"calibrate", calibrate, "--allow-outside"}, .database = "calibrate.db"},
+      {.name = "tradeoff", .words = trade, .older = trade},
+      {.name = "figures", .words = {"figures"}, .older = set(compare, "0.05"), .in_folder = true},
+      {.name = "poincare", .words = poincare("2000"), .older = poincare("20")},
+      {.name = "bifurcation",
+       .words = {"bifurcation", bifurcation, "--allow-outside"},
+       .database = "bifurcation.db"},
+      {.name = "basin", .words = {"basin", basin, "--allow-outside"}, .database = "basin.db"},
+      {.name = "plot",
+       .words = {"plot", "--y", "gudgeon.gap,slider.vx"},
+       .older = set(compare, "0.05"),
+       .in_folder = true},
+      {.name = "export", .words = {"export", "--hdf5"}, .older = set(penalty, "0.4"), .in_folder = true},
+      {.name = "laws", .words = {"laws", rig}, .older = {"laws", rig, "--mass", "2"}},
+      {.name = "drift", .words = set({"drift", rig}, "0.02"), .older = set({"drift", rig}, "0.01")}};
 }
 
 }  // namespace freeplay::killed

@@ -22,12 +22,11 @@ namespace freeplay::killed {
 /// A command as it is called here.
 struct Verb {
   std::string name;
-  Words words;  ///< all except the folder
-  /// another call, whose finished results exist at the beginning; may be empty
-  Words older;
-  std::string database;    ///< in the folder, whose runs it adds to
-  bool resumes = false;    ///< resumes with `run --resume` if there is a checkpoint
-  bool in_folder = false;  ///< takes the folder as its last argument, not by -o
+  Words words;                ///< all except the folder
+  Words older = {};           ///< another call, whose finished results exist at the beginning
+  std::string database = {};  ///< in the folder, whose runs it adds to
+  bool resumes = false;       ///< resumes with `run --resume` if there is a checkpoint
+  bool in_folder = false;     ///< takes the folder as its last argument, not by -o
 };
 
 /// Results of the campaign for a command.

@@ -3,19 +3,14 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
+
+#include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 namespace freeplay::killed {
 namespace {
-
-std::string bytes_of(const Path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// Removes keys that depend on the cost of a run. A verdict states the ratio of CPU times.
 void remove_costs(nlohmann::json& j) {
@@ -26,10 +21,9 @@ void remove_costs(nlohmann::json& j) {
 }
 
 /// Lines without those on costs; of tradeoff.csv without its last three columns.
-std::string lines_of(const Path& file) {
-  std::istringstream in(bytes_of(file));
+std::string lines_in(const Path& file) {
   std::string text;
-  for (std::string line; std::getline(in, line);) {
+  for (auto line : test::lines_of(test::file_text(file))) {
     if (line.find("CPU") != line.npos) continue;
     if (file.filename() == "tradeoff.csv")
       for (int i = 0; i < 3; ++i) line.resize(line.rfind(','));
@@ -39,8 +33,8 @@ std::string lines_of(const Path& file) {
 }
 
 std::string result_of(const Path& file) {
-  if (file.extension() != ".json") return lines_of(file);
-  auto document = nlohmann::json::parse(bytes_of(file), nullptr, false);
+  if (file.extension() != ".json") return lines_in(file);
+  auto document = nlohmann::json::parse(test::file_text(file), nullptr, false);
   if (document.is_discarded()) return "no JSON";
   remove_costs(document);
   return document.dump();

@@ -12,37 +12,51 @@ void check(const Tally& tally) {
   CHECK(tally.lost + tally.stuck + tally.other + tally.left_over == 0);
 }
 
-const Verb& verb_called(const std::vector<Verb>& list, const std::string& name) {
+Verb verb_called(const std::vector<Verb>& list, const std::string& name) {
   for (const auto& verb : list)
     if (verb.name == name) return verb;
   throw std::runtime_error(name);
 }
 
-}  // namespace
-
-TEST_CASE("after a kill at a random instant every command resumes without loss", "[killed]") {
-  test::TemporaryFolder place;
-  for (const auto& verb : verbs(place.path())) {
-    INFO(verb.name);
-    Campaign campaign(verb, place.path() / verb.name);
-    campaign.at_random(2, 1);
-    CHECK(campaign.tally().kills == 2);
-    check(campaign.tally());
-  }
+void check_random(const Verb& verb, const Path& place) {
+  INFO(verb.name);
+  Campaign campaign(verb, place / verb.name);
+  campaign.at_random(2, 1);
+  CHECK(campaign.tally().kills == 2);
+  check(campaign.tally());
 }
 
-TEST_CASE("after a kill during replacement, either the old or the new results are complete",
-          "[killed]") {
+/// Kills before every n-th change of a name: the last ones replace the older results by the new ones.
+void check_replacement(const char* name, int every) {
   test::TemporaryFolder place;
-  const auto list = verbs(place.path());
-  // The last changes of names replace the older results by the new ones.
-  for (const auto& [name, every] : {std::pair("run", 2), std::pair("compare", 29)}) {
-    INFO(name);
-    Campaign campaign(verb_called(list, name), place.path() / name);
-    campaign.at_changes(3, every);
-    CHECK(campaign.tally().kills >= 4);
-    check(campaign.tally());
-  }
+  Campaign campaign(verb_called(verbs(place.path()), name), place.path() / name);
+  campaign.at_changes(3, every);
+  CHECK(campaign.tally().kills >= 4);
+  check(campaign.tally());
+}
+
+}  // namespace
+
+TEST_CASE("after a kill at a random instant a run and a sweep resume without loss", "[crash-recovery]") {
+  test::TemporaryFolder place;
+  for (const char* name : {"run", "sweep"})
+    check_random(verb_called(verbs(place.path()), name), place.path());
+}
+
+TEST_CASE("after a kill at a random instant every command resumes without loss", "[crash-recovery][slow]") {
+  test::TemporaryFolder place;
+  for (const auto& verb : verbs(place.path())) check_random(verb, place.path());
+}
+
+TEST_CASE("after a kill during replacement, either the old or the new results are complete: laws",
+          "[crash-recovery]") {
+  check_replacement("laws", 29);
+}
+
+TEST_CASE("after a kill during replacement, either the old or the new results are complete: run, compare",
+          "[crash-recovery][slow]") {
+  check_replacement("run", 2);
+  check_replacement("compare", 29);
 }
 
 // scripts/kill-test sets the number of kills.
