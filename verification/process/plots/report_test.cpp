@@ -6,8 +6,8 @@
 #include "plots/report/thinning.hpp"
 #include "plots/tables/table.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/rig.hpp"
 #include "verification/process/untrusted_files/inputs.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -88,7 +88,7 @@ TEST_CASE("non-finite numbers are skipped in thinning, and null where a segment 
   CHECK(report::numbers({1.23456789, -0.0, 1e300, 20.0}).dump() == "[1.23457,0,1e+300,20]");
 }
 
-TEST_CASE("texts of a report page close no element and stay unchanged", "[report][hostile]") {
+TEST_CASE("texts of a report page close no element and stay unchanged", "[report][untrusted-files]") {
   const test::TemporaryFolder folder;
   auto texts = test::hostile_texts(test::Bait(folder.path()));
   texts.insert(texts.end(),
@@ -160,24 +160,21 @@ TEST_CASE("shapes of bodies in body axes reproduce the pose", "[report]") {
 }
 
 TEST_CASE("a folder without results is refused in one line, and nothing is written", "[report][errors]") {
-  const test::TemporaryFolder folder;
-  const test::Bait bait(folder.path());
-  make_folder(bait.folder / "empty");
-  make_folder(bait.folder / "torn");
-  std::filesystem::copy(comparison() / "penalty", bait.folder / "torn",
-                        std::filesystem::copy_options::recursive);
-  write_file(bait.folder / "torn" / "trajectory.csv", "t,crank.x\n0,zero\n");
-  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& why) {
-    const auto outcome = test::run_program(bait, arguments);
+  const test::Sandbox box;
+  make_folder(box.at("empty"));
+  std::filesystem::copy(comparison() / "penalty", box.at("torn"), std::filesystem::copy_options::recursive);
+  box.add("torn/trajectory.csv", "t,crank.x\n0,zero\n");
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const auto outcome = box.run("report " + arguments);
     CAPTURE(outcome.err);
     CHECK(outcome.status == 2);
     CHECK_THAT(outcome.err, Contains(why));
     CHECK(std::ranges::count(outcome.err, '\n') == 1);
   };
-  refused({"report", "nowhere"}, "nowhere: is not a folder");
-  refused({"report", "empty"}, "contains no results to show");
-  refused({"report", "torn"}, "trajectory.csv");
-  refused({"report", "torn", "-o", "empty"}, "is a folder");
-  CHECK(std::filesystem::is_empty(bait.folder / "empty"));
-  CHECK_FALSE(std::filesystem::exists(bait.folder / "torn" / "report.html"));
+  refused("nowhere", "nowhere: is not a folder");
+  refused("empty", "contains no results to show");
+  refused("torn", "trajectory.csv");
+  refused("torn -o empty", "is a folder");
+  CHECK(std::filesystem::is_empty(box.at("empty")));
+  CHECK_FALSE(std::filesystem::exists(box.at("torn/report.html")));
 }

@@ -1,21 +1,15 @@
 #include "verification/process/untrusted_files/inputs.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
-#include <fstream>
-#include <iterator>
-#include <thread>
+#include <catch2/catch.hpp>
+#include <cstdlib>
 
+#include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
-#include "verification/support/support.hpp"
 
 namespace freeplay::test {
 
@@ -80,47 +74,51 @@ std::vector<std::string> hostile_texts(const Bait& bait) {
   return list;
 }
 
-bool Told::decent() const {
+bool decent(const Outcome& o) {
   const auto shows = [](const std::string& text) {
-    return std::ranges::none_of(
-        text, [](unsigned char c) { return (c < 0x20 && c != '\n' && c != '\t') || c == 0x7f; });
+    return text.find("\xe2\x80\xae") == text.npos && std::ranges::none_of(text, [](unsigned char c) {
+             return (c < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
+           });
   };
-  return status >= 0 && status <= 2 && shows(out) && shows(err) && out.find("\xe2\x80\xae") == out.npos &&
-         err.find("\xe2\x80\xae") == err.npos;
+  return o.status >= 0 && o.status <= 2 && shows(o.out) && shows(o.err);
 }
 
-Told run_program(const Bait& bait, const std::vector<std::string>& arguments) {
-  TemporaryFolder folder;
+void Sandbox::add(const std::filesystem::path& name, const std::string& text) const {
+  make_folder(at(name).parent_path());
+  write_file(at(name), text);
+}
+
+Outcome Sandbox::run(const std::string& command) const { return run(words_of(command)); }
+
+Outcome Sandbox::run(const std::vector<std::string>& words) const {
+  auto outcome = run_program(words);
+  INFO(fmt::format("{}", fmt::join(words, " ")).substr(0, 300));
+  INFO("status " << outcome.status << "\n" << outcome.err.substr(0, 1000));
+  CHECK(decent(outcome));
+  CHECK(bait.untouched());
+  return outcome;
+}
+
+Outcome Sandbox::run_program(const std::vector<std::string>& words) const {
   const auto out = folder.path() / "out", err = folder.path() / "err";
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
-  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
-  posix_spawn_file_actions_addchdir_np(&actions, bait.folder.c_str());
-  const std::string program = FREEPLAY_BINARY_DIR "/freeplay";
-  std::vector<char*> argv{const_cast<char*>(program.c_str())};
-  for (const auto& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  const int reason = posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (reason != 0) return {127, "", fmt::format("cannot be started: {}", reason)};
-  int status = 0;
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (waitpid(child, &status, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() > end) {
-      kill(child, SIGKILL);
-      waitpid(child, &status, 0);
-      return {-1, "", "hangs"};
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  const auto read = [](const std::filesystem::path& p) {
-    std::ifstream in(p, std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
-  };
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(out), read(err)};
+  const auto command = fmt::format(
+      "cd {} && timeout 60 {}/freeplay {} >{} 2>{} </dev/null", shell_words({bait.folder.string()}),
+      FREEPLAY_BINARY_DIR, shell_words(words), shell_words({out.string()}), shell_words({err.string()}));
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), file_text(out), file_text(err)};
+}
+
+std::vector<std::string> words_of(const std::string& command) {
+  std::vector<std::string> words(1);
+  bool quoted = false;
+  for (const char c : command)
+    if (c == '\'')
+      quoted = !quoted;
+    else if (c == ' ' && !quoted)
+      words.emplace_back();
+    else
+      words.back() += c;
+  return words;
 }
 
 std::string in_toml(const std::string& text) {
@@ -138,8 +136,7 @@ std::string in_toml(const std::string& text) {
 }
 
 std::string rig(const std::string& title_in_quotes) {
-  std::ifstream in(flores());
-  std::string text{std::istreambuf_iterator<char>(in), {}};
+  auto text = file_text(flores());
   const auto put = [&](const std::string& key, const std::string& value) {
     const auto at = text.find(key);
     text.replace(at, text.find('\n', at) - at, key + value);

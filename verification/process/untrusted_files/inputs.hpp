@@ -1,10 +1,12 @@
 // Contents of hostile files: texts that some program might execute or interpret. Runs the program
-// on them with its arguments unchanged, without a shell.
+// on them with its arguments unchanged.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "verification/support/support.hpp"
 
 namespace freeplay::test {
 
@@ -21,15 +23,27 @@ struct Bait {
 /// terminals, paths or readers.
 std::vector<std::string> hostile_texts(const Bait& bait);
 
-struct Told {
-  int status;  ///< as in a shell: 128 + signal; −1 after a minute
-  std::string out, err;
-  /// Exit status 0, 1 or 2, and no control character except line ends and tabs.
-  bool decent() const;
+/// Exit status 0, 1 or 2 (else 128 + signal, or 124 after a minute), and no control character except line
+/// ends and tabs.
+bool decent(const Outcome& outcome);
+
+/// A working folder with the bait, in which the program runs.
+struct Sandbox {
+  Sandbox() : bait(folder.path()) {}
+  std::filesystem::path at(const std::filesystem::path& name) const { return bait.folder / name; }
+  void add(const std::filesystem::path& name, const std::string& text) const;
+  /// Runs the program, whose output has to be decent and which has to leave the bait untouched.
+  Outcome run(const std::vector<std::string>& words) const;
+  Outcome run(const std::string& command) const;
+  TemporaryFolder folder;
+  Bait bait;
+
+ private:
+  Outcome run_program(const std::vector<std::string>& words) const;
 };
 
-/// Runs the program in the bait's folder.
-Told run_program(const Bait& bait, const std::vector<std::string>& arguments);
+/// The words of a command, between blanks outside single quotes.
+std::vector<std::string> words_of(const std::string& command);
 
 /// A text as TOML's basic string.
 std::string in_toml(const std::string& text);

@@ -1,4 +1,4 @@
-// Hostile databases in every command that opens one: each is refused with one clear error, executes
+// Untrusted databases in every command that opens one: each is refused with one clear error, executes
 // nothing, and leaves the contents inside and outside its folder unchanged. They are made by SQLite
 // itself, with writable_schema, and by hand.
 #include <fmt/format.h>
@@ -14,8 +14,9 @@
 #include "io/files/digest.hpp"
 #include "study/partition/division.hpp"
 #include "study/store/database.hpp"
-#include "verification/support/ball_study.hpp"
 #include "verification/process/untrusted_files/inputs.hpp"
+#include "verification/support/ball_study.hpp"
+#include "verification/support/texts.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -56,45 +57,59 @@ std::string journal_naming(const Path& other) {
          big_endian(static_cast<std::uint32_t>(name.size())) + big_endian(sum) + magic;
 }
 
+/// What is planted: another content, a damaged copy, or a file beside the database, which is not read if the
+/// database is intact.
+enum class Kind { forged, damaged, beside };
+
 struct Attack {
   const char* name;
   std::function<void(const Path& database, const Path& victim)> plant;
-  bool beside = false;  ///< a file beside the database: if the database is intact, it is not read
+  Kind kind = Kind::forged;
+  bool everywhere = false;  ///< also tried with every command that opens a database in the same way
 };
 
 const std::vector<Attack>& attacks() {
   using P = const Path&;
+  using enum Kind;
   const auto sql = [](const std::string& text) { return [text](P file, P) { execute(file, text); }; };
+  /// Statements behind the definition of a table, an index or a view.
+  const auto behind = [](const char* name, const char* statements) {
+    return [=](P file, P victim) {
+      execute(file, redefine(name, fmt::format(
+                                       fmt::runtime("sql || '; ATTACH ''{0}" + std::string(statements) + "'"),
+                                       victim.string())));
+    };
+  };
+  /// Another definition of the table of work.
+  const auto work = [&](const std::string& state) {
+    return sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', '" +
+               state + "') WHERE name = 'work'");
+  };
+  const auto instead = [](std::function<void(P file, P victim)> put) {
+    return [=](P file, P victim) {
+      std::filesystem::remove(file);
+      put(file, victim);
+    };
+  };
   static const std::vector<Attack> list{
       {"trigger on runs",
        sql("CREATE TRIGGER t AFTER INSERT ON runs BEGIN UPDATE runs SET status = 'forged'; END")},
       {"trigger on processes at work",
-       sql("CREATE TRIGGER t AFTER INSERT ON sweeps BEGIN DELETE FROM runs; DELETE FROM work; END")},
+       sql("CREATE TRIGGER t AFTER INSERT ON sweeps BEGIN DELETE FROM runs; DELETE FROM work; END"), forged,
+       true},
       {"view that never ends",
        sql("DROP VIEW IF EXISTS named; "
            "CREATE VIEW named AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 "
-           "FROM c) SELECT x AS run, x AS variant, x AS formulation, x AS start FROM c")},
+           "FROM c) SELECT x AS run, x AS variant, x AS formulation, x AS start FROM c"),
+       forged, true},
       {"view of another name", sql("CREATE VIEW more AS SELECT * FROM runs")},
       {"table of another name", sql("CREATE TABLE evil (x TEXT)")},
       {"file of another program", sql("PRAGMA application_id = 77")},
       {"rows of a run that is not there", sql("INSERT INTO turn_rows VALUES (99999, 1, 1)")},
-      {"statements behind a table's definition",
-       [](P file, P victim) {
-         execute(file, redefine("work", fmt::format("sql || '; ATTACH ''{0}'' AS v; DROP TABLE v.precious'",
-                                                    victim.string())));
-       }},
-      {"statements behind an index's definition",
-       [](P file, P victim) {
-         execute(file,
-                 redefine("work_state", fmt::format("sql || '; ATTACH ''{0}'' AS v; DROP TABLE v.precious'",
-                                                    victim.string())));
-       }},
+      {"statements behind a table's definition", behind("work", "'' AS v; DROP TABLE v.precious")},
+      {"statements behind an index's definition", behind("work_state", "'' AS v; DROP TABLE v.precious")},
       {"statements behind a view's definition, which make a file",
-       [](P file, P victim) {
-         execute(file,
-                 redefine("turns", fmt::format("sql || '; ATTACH ''{0}.made'' AS v; CREATE TABLE v.x (y)'",
-                                               victim.string())));
-       }},
+       behind("turns", ".made'' AS v; CREATE TABLE v.x (y)")},
       {"virtual table",
        sql("PRAGMA writable_schema = ON; INSERT INTO sqlite_master VALUES ('table', 'v', 'v', 0, "
            "'CREATE VIRTUAL "
@@ -102,18 +117,13 @@ const std::vector<Attack>& attacks() {
       {"generated column", sql("ALTER TABLE work ADD COLUMN g TEXT AS (hex(zeroblob(100000000)))")},
       {"expression index", sql("CREATE INDEX turn_rows_run ON turn_rows(abs(peak))")},
       {"partial index", sql("CREATE INDEX turn_rows_run ON turn_rows(id) WHERE peak > 0")},
-      {"default that is an expression",
-       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', "
-           "'state TEXT "
-           "DEFAULT (hex(zeroblob(100000000)))') WHERE name = 'work'")},
-      {"check that is an expression",
-       sql("PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(sql, 'state TEXT', "
-           "'state TEXT CHECK "
-           "(load_extension(''/tmp/x''))') WHERE name = 'work'")},
+      {"default that is an expression", work("state TEXT DEFAULT (hex(zeroblob(100000000)))")},
+      {"check that is an expression", work("state TEXT CHECK (load_extension(''/tmp/x''))")},
       {"two tables of one page",
        sql("PRAGMA writable_schema = ON; "
            "UPDATE sqlite_master SET rootpage = (SELECT rootpage FROM sqlite_master "
-           "WHERE name = 'work') WHERE name = 'turn_rows'")},
+           "WHERE name = 'work') WHERE name = 'turn_rows'"),
+       damaged},
       {"definition that is a blob",
        sql("PRAGMA writable_schema = ON; "
            "UPDATE sqlite_master SET sql = CAST(sql || x'00' || 'x' AS BLOB) WHERE name = "
@@ -126,37 +136,25 @@ const std::vector<Attack>& attacks() {
          execute(file, made);
        }},
       {"half of it",
-       [](P file, P) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); }},
-      {"its first 100 bytes", [](P file, P) { std::filesystem::resize_file(file, 100); }},
-      {"another page size", [](P file, P) { put_bytes(file, 16, std::string("\x02\x00", 2)); }},
-      {"a size of 8 TB in its header", [](P file, P) { put_bytes(file, 28, big_endian(0x7fffffff)); }},
-      {"a hole of 1 TiB", [](P file, P) { std::filesystem::resize_file(file, std::uintmax_t{1} << 40); }},
+       [](P file, P) { std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2); }, damaged},
+      {"its first 100 bytes", [](P file, P) { std::filesystem::resize_file(file, 100); }, damaged},
+      {"another page size", [](P file, P) { put_bytes(file, 16, std::string("\x02\x00", 2)); }, damaged},
+      {"a size of 8 TB in its header", [](P file, P) { put_bytes(file, 28, big_endian(0x7fffffff)); },
+       damaged},
+      {"a hole of 1 TiB", [](P file, P) { std::filesystem::resize_file(file, std::uintmax_t{1} << 40); },
+       forged, true},
       {"a page of random bytes",
        [](P file, P) {
          std::string page;
          for (std::uint64_t i = 0; page.size() < 4096; ++i) page += digest(std::to_string(i));
          put_bytes(file, 4096, page.substr(0, 4096));
-       }},
-      {"FIFO",
-       [](P file, P) {
-         std::filesystem::remove(file);
-         REQUIRE(mkfifo(file.c_str(), 0600) == 0);
-       }},
-      {"link to /dev/zero",
-       [](P file, P) {
-         std::filesystem::remove(file);
-         std::filesystem::create_symlink("/dev/zero", file);
-       }},
+       },
+       damaged},
+      {"FIFO", instead([](P file, P) { REQUIRE(mkfifo(file.c_str(), 0600) == 0); }), forged, true},
+      {"link to /dev/zero", instead([](P file, P) { std::filesystem::create_symlink("/dev/zero", file); })},
       {"link to another database",
-       [](P file, P victim) {
-         std::filesystem::remove(file);
-         std::filesystem::create_symlink(victim, file);
-       }},
-      {"folder",
-       [](P file, P) {
-         std::filesystem::remove(file);
-         make_folder(file);
-       }},
+       instead([](P file, P victim) { std::filesystem::create_symlink(victim, file); })},
+      {"folder", instead([](P file, P) { make_folder(file); })},
       {"log with a trigger",
        [](P file, P) {
          execute(
@@ -166,15 +164,15 @@ const std::vector<Attack>& attacks() {
          REQUIRE(std::filesystem::file_size(file.string() + "-wal") > 0);
          std::filesystem::remove(file.string() + "-shm");
        },
-       true},
+       beside, true},
       {"FIFO as its log", [](P file, P) { REQUIRE(mkfifo((file.string() + "-wal").c_str(), 0600) == 0); },
-       true},
+       beside},
       {"journal with a reference to another file",
        [](P file, P victim) {
          execute(file, "PRAGMA journal_mode = DELETE");
          write_file(file.string() + "-journal", journal_naming(victim));
        },
-       true}};
+       beside}};
   return list;
 }
 
@@ -195,47 +193,35 @@ std::map<std::string, std::string> contents(const Path& folder) {
   return all;
 }
 
-struct Place {
-  Place() : bait(folder.path()) {
+struct Place : test::Sandbox {
+  Place() {
     test::put_ball_study(bait.folder, "values = [0.4, 0.5, 0.6, 0.7]", "formulations = [\"nonsmooth\"]\n");
-    for (const char* command :
-         {"-o out", "--plan 2 -o divided", "--shard 1/2 -o divided", "--shard 2/2 -o divided"}) {
-      const auto outcome = run("sweep study.toml " + std::string(command));
-      INFO(outcome.err);
-      REQUIRE(outcome.status == 0);
-    }
+    for (const std::string options :
+         {"-o out", "--plan 2 -o divided", "--shard 1/2 -o divided", "--shard 2/2 -o divided"})
+      REQUIRE(run_scratch("sweep study.toml " + options).status == 0);
     execute(victim(), "CREATE TABLE precious (x TEXT)");
   }
-  test::Told run(const std::string& command) const {
-    std::vector<std::string> words;
-    for (std::size_t at = 0; at < command.size();) {
-      const auto end = std::min(command.find(' ', at), command.size());
-      words.push_back(command.substr(at, end - at));
-      at = end + 1;
-    }
-    words.insert(words.end(), {"--scratch", (folder.path() / "scratch").string()});
-    if (command.find("--shard") == command.npos && command.find("--merge") == command.npos)
-      words.resize(words.size() - 2);
-    return test::run_program(bait, words);
+  /// Runs a command, one on shards with a scratch folder in the sandbox.
+  test::Outcome run_scratch(std::string command) const {
+    for (const char* option : {"--shard", "--merge"})
+      if (command.find(option) != command.npos)
+        command += " --scratch " + (folder.path() / "scratch").string();
+    return run(command);
   }
   Path victim() const { return folder.path() / "victim.db"; }
   /// The file of shard 1, as named by its seal.
   Path shard() const {
-    const auto seal = nlohmann::json::parse(test::file_text(bait.folder / "divided/shards/1.json"));
-    return bait.folder / "divided/shards" / seal["file"].get<std::string>();
+    return at("divided/shards") / test::read_json(at("divided/shards/1.json"))["file"].get<std::string>();
   }
   /// Updates the seal for the changed file, as its maker could.
   void seal_again() const {
-    const auto file = bait.folder / "divided/shards/1.json";
-    auto seal = nlohmann::json::parse(test::file_text(file));
-    const auto place = shard();
+    const auto file = at("divided/shards/1.json"), place = shard();
+    auto seal = test::read_json(file);
     if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(place))) return;
     seal["bytes"] = std::filesystem::file_size(place);
     if (seal["bytes"] < (1u << 30)) seal["checksum"] = file_checksum(place);
     write_file(file, seal.dump());
   }
-  test::TemporaryFolder folder;
-  test::Bait bait;
 };
 
 /// Plants the file, runs the command, checks its output and the remaining files, and restores the
@@ -250,16 +236,14 @@ void assess(const Place& place, const Attack& attack, const Path& database, cons
   const auto before = contents(work);
   const auto victim = test::file_text(place.victim());
   const auto began = std::chrono::steady_clock::now();
-  const auto outcome = place.run(command);
+  const auto outcome = place.run_scratch(command);
   CAPTURE(outcome.out, outcome.err);
   CHECK((outcome.status == 1 || outcome.status == 2));
-  CHECK(outcome.decent());
   CHECK_THAT(outcome.err,
              Contains(database.filename().string()) || Contains("1 of 2 shards cannot be merged"));
   CHECK(std::ranges::count(outcome.err, '\n') == 1);
   CHECK(contents(work) == before);
   CHECK(test::file_text(place.victim()) == victim);
-  CHECK(place.bait.untouched());
   CHECK_FALSE(std::filesystem::exists(place.victim().string() + ".made"));
   // Reading the file once takes milliseconds, planning a study a second; the bound includes a
   // margin for sanitizers and a busy machine.
@@ -270,45 +254,39 @@ void assess(const Place& place, const Attack& attack, const Path& database, cons
 
 }  // namespace
 
-TEST_CASE("a hostile database of a sweep is refused: sweep, sweep --prune, report",
-          "[security][study][hostile-databases]") {
+TEST_CASE("an untrusted database of a sweep is refused: sweep, sweep --prune, report",
+          "[security][study][untrusted-databases]") {
   const Place place;
   for (const auto& attack : attacks())
     for (const char* command : {"sweep study.toml -o out", "sweep study.toml --prune -o out", "report out"})
-      assess(place, attack, place.bait.folder / "out/sweep.db", command);
+      assess(place, attack, place.at("out/sweep.db"), command);
   // Nothing of all this was left: the study goes on.
   CHECK_THAT(place.run("sweep study.toml -o out").out, Contains("4 from the store, 0 new"));
   CHECK(place.run("report out").status == 0);
 }
 
-TEST_CASE("a hostile shard is refused: sweep --merge", "[security][shards][hostile-databases]") {
+TEST_CASE("an untrusted shard is refused: sweep --merge", "[security][shards][untrusted-databases]") {
   const Place place;
   for (const auto& attack : attacks())
-    if (!attack.beside)
+    if (attack.kind != Kind::beside)
       assess(place, attack, place.shard(), "sweep study.toml --merge divided", [&] { place.seal_again(); });
-  CHECK(place.run("sweep study.toml --merge divided").status == 0);
+  CHECK(place.run_scratch("sweep study.toml --merge divided").status == 0);
 }
 
-TEST_CASE("a hostile copy of an unfinished shard is refused: sweep --shard",
-          "[security][shards][hostile-databases]") {
+TEST_CASE("an untrusted copy of an unfinished shard is refused: sweep --shard",
+          "[security][shards][untrusted-databases]") {
   const Place place;
-  const auto part = place.bait.folder / "divided/shards/1.part.db";
+  const auto part = place.at("divided/shards/1.part.db");
   const auto good = place.folder.path() / "good.db";
   std::filesystem::rename(place.shard(), good);
   for (const auto& attack : attacks()) {
-    if (attack.beside) continue;
+    if (attack.kind == Kind::beside) continue;
     std::filesystem::copy_file(good, part);
-    const std::string command = "sweep study.toml --shard 1/2 -o divided", name = attack.name;
-    // A copy that is only damaged is made again.
-    const bool damaged = name == "half of it" || name == "its first 100 bytes" ||
-                         name == "another page size" || name == "a size of 8 TB in its header" ||
-                         name == "a page of random bytes" || name == "two tables of one page";
-    if (damaged) {
-      CAPTURE(name);
+    const std::string command = "sweep study.toml --shard 1/2 -o divided";
+    if (attack.kind == Kind::damaged) {  // it is made again
+      CAPTURE(attack.name);
       attack.plant(part, place.victim());
-      const auto outcome = place.run(command);
-      CAPTURE(outcome.err);
-      CHECK(outcome.status == 0);
+      CHECK(place.run_scratch(command).status == 0);
       CHECK_FALSE(std::filesystem::exists(part));
       std::filesystem::remove(place.shard());
     } else {
@@ -318,26 +296,21 @@ TEST_CASE("a hostile copy of an unfinished shard is refused: sweep --shard",
   }
 }
 
-TEST_CASE("a hostile database is refused by every other command that uses one",
-          "[security][study][hostile-databases]") {
+TEST_CASE("an untrusted database is refused by every other command that uses one",
+          "[security][study][untrusted-databases]") {
   const Place place;
-  const auto& folder = place.bait.folder;
-  const auto good = folder / "out/sweep.db";
-  std::filesystem::copy(test::source_folder() / "cases/bistable-rotor", folder / "rotor",
-                        std::filesystem::copy_options::recursive);
-  std::filesystem::copy(test::source_folder() / "cases/ball-on-table", folder / "ball",
-                        std::filesystem::copy_options::recursive);
+  const auto copy_case = [&](const char* name, const char* to) {
+    std::filesystem::copy(test::source_folder() / "cases" / name, place.at(to),
+                          std::filesystem::copy_options::recursive);
+  };
+  copy_case("bistable-rotor", "rotor");
+  copy_case("ball-on-table", "ball");
   // A study compared with the experiment, with a fit and without; with few starts, since they are
   // planned before the database is opened.
   const auto change = [&](const char* file, const std::string& from, const std::string& to) {
-    auto text = test::file_text(folder / file);
-    const auto at = text.find(from);
-    REQUIRE(at != text.npos);
-    write_file(folder / file, text.replace(at, from.size(), to));
+    write_file(place.at(file), test::replaced(test::file_text(place.at(file)), from, to));
   };
-  for (const char* kind : {"fitted", "plain"})
-    std::filesystem::copy(test::source_folder() / "cases/flores2011-experiment", folder / kind,
-                          std::filesystem::copy_options::recursive);
+  for (const char* kind : {"fitted", "plain"}) copy_case("flores2011-experiment", kind);
   change("plain/study.toml", "fit = \"calibrate.toml\"\n", "");
   for (const char* file : {"fitted/study.toml", "plain/study.toml", "fitted/calibrate.toml"})
     change(file, "\nstarts = 8\n", "\nstarts = 1\n");
@@ -350,19 +323,16 @@ TEST_CASE("a hostile database is refused by every other command that uses one",
         {"calibrate.db", "validate fitted/study.toml -o other"},
         {"sweep.db", "validate plain/study.toml -o other"}})
     for (const auto& attack : attacks()) {
-      const std::string name = attack.name;
-      if (name != "trigger on processes at work" && name != "view that never ends" && name != "FIFO" &&
-          name != "a hole of 1 TiB" && name != "log with a trigger")
-        continue;
-      make_folder(folder / "other");
-      std::filesystem::copy_file(good, folder / "other" / database);
-      assess(place, attack, folder / "other" / database, command);
-      std::filesystem::remove_all(folder / "other");
+      if (!attack.everywhere) continue;
+      make_folder(place.at("other"));
+      std::filesystem::copy_file(place.at("out/sweep.db"), place.at("other") / database);
+      assess(place, attack, place.at("other") / database, command);
+      std::filesystem::remove_all(place.at("other"));
     }
 }
 
 TEST_CASE("only exact definitions of this program are accepted in a database",
-          "[security][hostile-databases]") {
+          "[security][untrusted-databases]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "some.db";
   const std::string
@@ -370,16 +340,15 @@ TEST_CASE("only exact definitions of this program are accepted in a database",
       runs = "CREATE TABLE runs (run TEXT UNIQUE, \"a speed\" REAL, \"run id\" INTEGER PRIMARY KEY)",
       kept = " WHERE runs.run NOT IN (SELECT run FROM work WHERE state = 'kept')";
   // With the definition as it stands in the file, and that of `work` if there is another one.
-  const auto own = [&](const char* type, const char* name, const char* table, const std::string& sql) {
+  const auto own = [&](const std::string& type, const std::string& name, const char* table,
+                       const std::string& sql) {
+    const std::map<std::string, std::string> rest{{"table", " (run TEXT, state TEXT, seat INTEGER)"},
+                                                  {"index", fmt::format(" ON {}(run)", table)},
+                                                  {"view", " AS SELECT 1"},
+                                                  {"trigger", " AFTER INSERT ON work BEGIN SELECT 1; END"}};
     std::filesystem::remove(file);
-    auto made = name == std::string("runs") ? std::string() : runs + ";";
-    made += name == std::string("work") ? "" : work + ";";
-    execute(file,
-            made + fmt::format("CREATE {0} {1}{2};", type, name,
-                               type == std::string("table")   ? " (run TEXT, state TEXT, seat INTEGER)"
-                               : type == std::string("index") ? fmt::format(" ON {}(run)", table)
-                               : type == std::string("view")  ? " AS SELECT 1"
-                                                              : " AFTER INSERT ON work BEGIN SELECT 1; END"));
+    execute(file, runs + ";" + (name == "work" ? "" : work + ";") +
+                      fmt::format("CREATE {} {}{};", type, name, rest.at(type)));
     execute(file, redefine(name, sql));
     try {
       const Database opened(file, Database::Access::read);
@@ -403,16 +372,13 @@ TEST_CASE("only exact definitions of this program are accepted in a database",
     const Database earlier(file, Database::Access::read);
     CHECK(columns_of(earlier, "turns") == std::vector<std::string>{"run", "turn", "peak"});
   }
-  for (const auto& wrong :
-       {work + ";", work + " STRICT", work + "; DROP TABLE runs", std::string("CREATE TABLE work (run)"),
-        std::string("CREATE TABLE work (run TEXT, )"),
-        std::string("CREATE TABLE work (run TEXT DEFAULT (1))"),
-        std::string("CREATE TABLE work (run TEXT CHECK (run > 1))"),
-        std::string("CREATE TABLE work (run TEXT COLLATE NOCASE)"),
-        std::string("CREATE TABLE work (run TEXT, g TEXT AS (1))"),
-        std::string("CREATE TABLE work (\"a\nb\" TEXT)"), std::string("CREATE TABLE work (\"a\"\"b\" TEXT)"),
-        std::string("create table work (run TEXT)"), std::string("CREATE TABLE work AS SELECT 1"),
-        std::string("CREATE TABLE runs (run TEXT)"), std::string()}) {
+  for (const std::string& wrong : std::vector<std::string>{
+           work + ";", work + " STRICT", work + "; DROP TABLE runs", "CREATE TABLE work (run)",
+           "CREATE TABLE work (run TEXT, )", "CREATE TABLE work (run TEXT DEFAULT (1))",
+           "CREATE TABLE work (run TEXT CHECK (run > 1))", "CREATE TABLE work (run TEXT COLLATE NOCASE)",
+           "CREATE TABLE work (run TEXT, g TEXT AS (1))", "CREATE TABLE work (\"a\nb\" TEXT)",
+           "CREATE TABLE work (\"a\"\"b\" TEXT)", "create table work (run TEXT)",
+           "CREATE TABLE work AS SELECT 1", "CREATE TABLE runs (run TEXT)", ""}) {
     CAPTURE(wrong);
     CHECK_FALSE(own("table", "work", "work", wrong));
   }

@@ -1,10 +1,9 @@
-// style.toml: reading, refusals, that nothing in it is executed, and that it is kept.
+// style.toml: reading and refusals, sizes on paper in every format, colours, and texts in TeX.
 #include <regex>
 
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
 #include "verification/support/rig.hpp"
-#include "verification/process/untrusted_files/inputs.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -145,50 +144,6 @@ TEST_CASE("a style sets sizes on paper in every format, and is kept", "[figures]
   }
 }
 
-TEST_CASE("hostile styles are refused or drawn, and never executed", "[security][hostile][style]") {
-  test::TemporaryFolder folder;
-  const test::Bait bait(folder.path());
-  const auto& place = bait.folder;
-  write_drift(place / "d");
-  const auto texts = test::hostile_texts(bait);
-  int refused = 0;
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    const auto quoted = test::in_toml(texts[i]);
-    const std::string parts[] = {
-        "font = " + quoted,      "colours = [" + quoted + "]",         "size = " + quoted,
-        "format = " + quoted,    "format = [\"pdf\", " + quoted + "]", quoted + " = 1",
-        "font_size = " + quoted, "font = \"" + texts[i] + "\"",        texts[i]};
-    for (std::size_t k = i % 3; k < std::size(parts); k += 3) {
-      write_style(place / "d", parts[k] + "\n");
-      const auto outcome = test::run_program(bait, {"figures", "d"});
-      CAPTURE(parts[k].substr(0, 200), outcome.err.substr(0, 500));
-      CHECK(outcome.decent());
-      CHECK(bait.untouched());
-      // A comment, an empty line and invalid TOML are no keys of a style.
-      CHECK((outcome.status == 2 || (outcome.status == 0 && k == 8)));
-      refused += outcome.status == 2;
-    }
-  }
-  CHECK(refused > 100);
-  // A style that is a link is read at its target, and remains.
-  write_file(bait.victim, "mine\n");
-  remove_file(place / "d/figures/style.toml");
-  std::filesystem::create_symlink(bait.victim, place / "d/figures/style.toml");
-  CHECK(test::run_program(bait, {"figures", "d"}).status == 2);
-  CHECK(bait.untouched());
-}
-
-TEST_CASE("no text acts as a TeX command", "[security][figures]") {
-  CHECK(plots::in_tex("a_b 5 % $x$ #1 & {c} ~ ^^5c \\input{f} \"q\" <|>") ==
-        "a\\_b 5 \\% \\$x\\$ \\#1 \\& \\{c\\} \\textasciitilde{} \\textasciicircum{}\\textasciicircum{}5c "
-        "\\textbackslash{}input\\{f\\} \\char34{}q\\char34{} \\textless{}\\textbar{}\\textgreater{}");
-  plots::Script script;
-  script.add("set label {} noenhanced\nset ylabel '{}'\n", std::string("\\input{x}_1"),
-             plots::Word("F_x", "$F_x$"));
-  CHECK_THAT(script.tex(), Contains("'$F_x$'") && !Contains("\\input") && !Contains("{x}"));
-  CHECK_THAT(script.text(), Contains("'F_x'"));
-}
-
 TEST_CASE("poses, sections, diagrams and maps follow the style", "[figures][style]") {
   const test::TemporaryFolder folder;
   const auto cases = test::source_folder() / "cases";
@@ -229,4 +184,15 @@ TEST_CASE("poses, sections, diagrams and maps follow the style", "[figures][styl
       CHECK_THAT(text, Catch::Contains(black ? "C1 = 0x000000" : "C1 = 0x123456"));
     }
   }
+}
+
+TEST_CASE("no text acts as a TeX command", "[security][figures]") {
+  CHECK(plots::in_tex("a_b 5 % $x$ #1 & {c} ~ ^^5c \\input{f} \"q\" <|>") ==
+        "a\\_b 5 \\% \\$x\\$ \\#1 \\& \\{c\\} \\textasciitilde{} \\textasciicircum{}\\textasciicircum{}5c "
+        "\\textbackslash{}input\\{f\\} \\char34{}q\\char34{} \\textless{}\\textbar{}\\textgreater{}");
+  plots::Script script;
+  script.add("set label {} noenhanced\nset ylabel '{}'\n", std::string("\\input{x}_1"),
+             plots::Word("F_x", "$F_x$"));
+  CHECK_THAT(script.tex(), Contains("'$F_x$'") && !Contains("\\input") && !Contains("{x}"));
+  CHECK_THAT(script.text(), Contains("'F_x'"));
 }
