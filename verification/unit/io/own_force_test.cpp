@@ -24,11 +24,10 @@ Vec2 ramp(const void*, const char*, double t, const Vec2&, const Vec2&) { return
 
 /// A free body with a load without a force of its own, rotating at 2 rad/s.
 Scene free_body(const std::string& more = {}, const std::vector<std::string>& overrides = {}) {
-  return parse_scene(
-      "[bodies.block]\nmass = 2\ninertia = 0.1\nangular_velocity = 2\n"
-      "[loads.hand]\ntype = \"force\"\nbody = \"block\"\nforce = [0, 0]\n" +
-          more + "[run]\nduration = 1.5\nstart = \"given\"\n",
-      "block", overrides);
+  return parse_scene(test::body("block", 2, 0.1, "angular_velocity = 2\n") +
+                         "[loads.hand]\ntype = \"force\"\nbody = \"block\"\nforce = [0, 0]\n" + more +
+                         test::run_for(1.5, "start = \"given\"\n"),
+                     "block", overrides);
 }
 
 Outside in_hand(decltype(OwnForce::force) force, const char* name = "function") {
@@ -61,18 +60,12 @@ TEST_CASE("a body under a user-supplied spring and damper moves as in the closed
 }
 
 TEST_CASE("fixed steps with a user-supplied force are of second order", "[own-force]") {
-  std::vector<double> errors;
-  for (const char* step : {"8e-3", "4e-3", "2e-3"}) {
+  const auto error_at = [](double step) {
     auto scene = free_body("", {fmt::format("nonsmooth.step={}", step)});
     put(scene, in_hand(oscillator));
-    const auto q = Simulation(scene, "nonsmooth").run().final_state.q[0];
-    errors.push_back(std::abs(q - step_response(1.5)));
-  }
-  CAPTURE(errors);
-  for (int i = 0; i < 2; ++i) {
-    const double order = std::log2(errors[i] / errors[i + 1]);
-    CHECK((order > 1.7 && order < 2.3));
-  }
+    return std::abs(Simulation(scene, "nonsmooth").run().final_state.q[0] - step_response(1.5));
+  };
+  for (const double h : {8e-3, 4e-3}) test::check_order({h, h / 2}, error_at, 1.7, 2.3);
 }
 
 TEST_CASE("a user-supplied force in body axes turns with the body", "[own-force]") {
@@ -91,8 +84,7 @@ TEST_CASE("a user-supplied force in body axes turns with the body", "[own-force]
 TEST_CASE("a constant user-supplied force moves the rig like a force of the scene", "[own-force]") {
   const std::string formulation = GENERATE("penalty", "nonsmooth");
   const auto with = [](const char* force) {
-    std::ifstream in(test::flores());
-    return parse_scene(std::string(std::istreambuf_iterator<char>(in), {}) +
+    return parse_scene(test::file_text(test::flores()) +
                            "\n[loads.hand]\ntype = \"force\"\nbody = \"slider\"\nforce = " + force + "\n",
                        test::flores().string(), {"run.revolutions=0.2", "run.discard=0"});
   };
@@ -144,41 +136,4 @@ TEST_CASE("a non-finite user-supplied force stops the run; its exceptions reach 
         throw std::domain_error("no such place");
       }));
   CHECK_THROWS_WITH(Simulation(scene, formulation).run(), "no such place");
-}
-
-TEST_CASE("a plugin with loads only runs in both formulations and is required on repetition",
-          "[own-force][program]") {
-  const test::TemporaryFolder folder;
-  const auto place = [&](const char* name) { return (folder.path() / name).string(); };
-  write_file(
-      place("wind.c"),
-      "#include <stddef.h>\nint freeplay_law_abi(void) { return 1; }\n"
-      "const char* const* freeplay_loads(void) { static const char* const n[] = {\"hand\", NULL}; "
-      "return n; }\n"
-      "void freeplay_load_force(const char* load, double t, const double* r, const double* v, double* f) {\n"
-      "  f[0] = load[0] == 'h' ? 3 - 40 * r[0] - 1.5 * v[0] : t, f[1] = 0;\n}\n");
-  REQUIRE(std::system(
-              fmt::format("cc -O1 -shared -fPIC -o {} {}", place("wind.so"), place("wind.c")).c_str()) == 0);
-  write_file(place("block.toml"),
-             "[bodies.block]\nmass = 2\ninertia = 0.1\n[loads.hand]\ntype = \"force\"\nbody = \"block\"\n"
-             "force = [0, 0]\n[run]\nduration = 1.5\nstart = \"given\"\n");
-  for (const std::string formulation : {"penalty", "nonsmooth"}) {
-    const auto out = place(formulation.c_str());
-    const auto outcome = test::freeplay("run --no-figures --formulation " + formulation + " --law-plugin " +
-                                        place("wind.so") + " -o " + out + " " + place("block.toml"));
-    INFO(outcome.err);
-    REQUIRE(outcome.status == 0);
-    std::ifstream rows(out + "/trajectory.csv");
-    std::string line, last;
-    while (std::getline(rows, line)) last = line;
-    CHECK(std::stod(last.substr(last.find(',') + 1)) == Approx(step_response(1.5)).margin(1e-5));
-    test::refused("run --no-figures --from " + out + " -o " + place("again"),
-                  Contains("the run uses the force of hand of wind.so"));
-    auto again = test::freeplay("run --no-figures --from " + out + " -o " + place("again") +
-                                " --law-plugin " + place("wind.so"));
-    CHECK(again.status == 0);
-  }
-  test::refused("run --no-figures --formulation penalty --law-plugin " + place("wind.so") + " -o " +
-                    place("no") + " " + test::flores().string(),
-                Contains("hand is not one; the scene has none"));
 }

@@ -85,80 +85,16 @@ TEST_CASE("a user-supplied law is reported, and an impact law cannot be matched 
 
 TEST_CASE("a law that returns no finite number stops the run with its reason", "[own-law]") {
   auto scene = read_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0"});
-  OwnLaw law{
-      [](const void*, const char*, double, double, double) { return std::nan(""); }, {}, "nothing", "0"};
-  SECTION("NaN") {}
-  SECTION("its exceptions reach the caller") {
-    law.force = [](const void*, const char*, double, double, double) -> double {
-      throw std::domain_error("no such depth");
-    };
-    scene.penalty.own = std::make_shared<OwnLaw>(law);
-    Simulation simulation(scene, "penalty");
-    CHECK_THROWS_WITH(simulation.run(), "no such depth");
-    return;
-  }
-  scene.penalty.own = std::make_shared<OwnLaw>(law);
-  Simulation simulation(scene, "penalty");
-  const auto result = simulation.run();
+  const auto run = [&](auto force) {
+    scene.penalty.own = std::make_shared<OwnLaw>(OwnLaw{force, {}, "nothing", "0"});
+    return Simulation(scene, "penalty").run();
+  };
+  const auto result = run([](const void*, const char*, double, double, double) { return std::nan(""); });
   CHECK(result.ending.status == Ending::Status::failed);
   CHECK(!result.ending.reason.empty());
-}
-
-TEST_CASE("a plugin is loaded from its file, and its run can be repeated only with it",
-          "[own-law][program]") {
-  const test::TemporaryFolder folder;
-  const auto scene = read_scene(test::flores());
-  const auto h = built_in(scene);
-  const auto source = folder.path() / "law.c", plugin = folder.path() / "law.so";
-  const auto compiled = [&](const std::string& text) {
-    write_file(source, text);
-    return std::system(
-               fmt::format("cc -O1 -shared -fPIC -o {} {} -lm", plugin.string(), source.string()).c_str()) ==
-           0;
-  };
-  const std::string version = "int freeplay_law_abi(void) { return 1; }\n";
-  REQUIRE(compiled(
-      version +
-      fmt::format(
-          "#include <math.h>\ndouble freeplay_normal_force(const char* contact, double d, double rate, "
-          "double v0) "
-          "{{ return contact[0] == 'g' ? {} * d * sqrt(d) * (1 + {} * rate / v0) : NAN; }}\n",
-          h.K, h.chi)));
-  const auto place = [&](const char* name) { return (folder.path() / name).string(); };
-  const std::string run = fmt::format("run {} --set run.revolutions=0.1 --set run.discard=0 --no-figures ",
-                                      test::flores().string());
-  REQUIRE(
-      test::freeplay(run + "--formulation penalty -o " + place("one") + " --law-plugin " + plugin.string())
-          .status == 0);
-  CHECK_THAT(test::file_text(place("one") + "/run.json"),
-             Contains("law = \\\"law.so\\\"") && Contains("normal forces come from law.so"));
-  test::refused("run --no-figures --from " + place("one") + " -o " + place("two"),
-                Contains("the run uses normal forces of law.so") && Contains("--law-plugin"));
-  test::succeeded("run --no-figures --from " + place("one") + " -o " + place("two") + " --law-plugin " +
-                  plugin.string());
-  CHECK(test::file_text(place("one") + "/trajectory.csv") ==
-        test::file_text(place("two") + "/trajectory.csv"));
-
-  test::refused(run + "--formulation nonsmooth -o " + place("three") + " --law-plugin " + plugin.string(),
-                Contains("impact laws have no normal force"));
-  const auto refused = [&](const std::string& why) {
-    test::refused(run + "--formulation penalty -o " + place("three") + " --law-plugin " + plugin.string(),
-                  Contains("is not a plugin of contact forces") && Contains(why));
-  };
-  REQUIRE(compiled("int freeplay_law_abi(void) { return 2; }\n"));
-  refused("freeplay_law_abi() is 2");
-  REQUIRE(compiled(version));
-  refused("does not export freeplay_normal_force");
-  // Cut short anywhere: what is mapped behind a file's end cannot be read.
-  REQUIRE(compiled(
-      version + "double freeplay_normal_force(const char* c, double d, double r, double v) { return d; }\n"));
-  const auto whole = test::file_text(plugin.string());
-  REQUIRE(whole.size() > 8192);
-  for (std::size_t size = 4; size < whole.size(); size += size < 4096 ? 509 : 1021) {
-    CAPTURE(size);
-    write_file(plugin, whole.substr(0, size));
-    refused("it is incomplete");
-  }
-  write_file(plugin, "no shared object");
-  refused("");
+  // Its exceptions reach the caller.
+  CHECK_THROWS_WITH(run([](const void*, const char*, double, double, double) -> double {
+                      throw std::domain_error("no such depth");
+                    }),
+                    "no such depth");
 }
