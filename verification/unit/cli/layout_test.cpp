@@ -1,19 +1,11 @@
 // Text for a terminal: lines are broken only where necessary, and numbers are under their headings.
 #include "cli/terminal.hpp"
 #include "study/comparison/compare.hpp"
+#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using test::lines_of;
-
-namespace {
-
-/// Characters, of UTF-8 without wide ones.
-std::size_t width(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-}  // namespace
+using test::lines_of, test::width;
 
 TEST_CASE("lines are broken at the last space before column 80 without loss", "[layout]") {
   std::mt19937 random(5);
@@ -47,21 +39,6 @@ TEST_CASE("lines are broken at the last space before column 80 without loss", "[
   const std::string exact(80, 'x');
   CHECK(cli::wrapped("word " + exact.substr(5)) == "word " + exact.substr(5));
   CHECK(cli::wrapped("word " + exact.substr(4)) == "word\n  " + exact.substr(4));
-}
-
-TEST_CASE("lines about each contact of a run fit 80 columns", "[layout][program]") {
-  // Names of gears with their flank, and the sentences on a film.
-  for (const char* words : {"epicyclic-gear/scene.toml --set run.duration=0.02",
-                            "lubricated-pin/scene.toml --set run.revolutions=1 --set run.discard=0"}) {
-    test::TemporaryFolder folder;
-    const auto made = test::succeeded(fmt::format("run {} --formulation penalty --no-figures -o {}",
-                                                  (test::source_folder() / "cases").string() + "/" + words,
-                                                  (folder.path() / "out").string()));
-    for (const auto& line : lines_of(made.out)) {
-      CAPTURE(line);
-      if (!line.starts_with("results in ")) CHECK(width(line) <= 80);
-    }
-  }
 }
 
 TEST_CASE("the comparison table fits 80 columns, each number under its heading", "[layout]") {

@@ -6,6 +6,7 @@
 #include "io/scene/toml_text.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
+#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -62,6 +63,35 @@ TEST_CASE("text that is not TOML in UTF-8 is refused at its place; a byte order 
   }
   // Text that violates the parser's own assumptions is reported with its place too.
   CHECK_THAT(refusal("a = 1\n[b]\nc = [1,,\n"), StartsWith("s.toml:3:"));
+  for (const char* text : {"mass = = 1\n",
+                           "mass = 1.0\"é\"\n",
+                           "[bodies\n",
+                           "[#a]\n",
+                           "title = \"x\n",
+                           "a = [1, 2\n",
+                           "a = {x = 1\n",
+                           "title = \"\\q\"\n",
+                           "a = 1\na = 2\n",
+                           "[a]\n[a]\n",
+                           "a.b = 1\na = 2\n",
+                           "x = 0x\n",
+                           "x = 1__0\n",
+                           "x = 99999999999999999999\n",
+                           "x = 2026-13-01\n",
+                           "é = 1\n",
+                           "title = \"\xFF\"\n",
+                           "title = '''a\n",
+                           "= 1\n",
+                           "a = [1,,2]\n",
+                           "[[a]]\n[a]\n",
+                           "\"a\\nb\" = 1\n",
+                           "a = [}\n",
+                           "[a]]\n",
+                           "key\n"}) {
+    CAPTURE(text);
+    CHECK_THAT(refusal(text), StartsWith("s.toml:"));
+    CHECK(test::fault_of(refusal(text) + "\n").empty());
+  }
 }
 
 TEST_CASE("any character is accepted inside a string, and none outside causes harm", "[scene][errors]") {
@@ -108,6 +138,7 @@ TEST_CASE("an option is quoted as it was typed", "[scene][errors]") {
   CHECK_THAT(refusal(scene, {"drives.q.crank=true"}),
              StartsWith("--set drives.q.crank=true: drives.q: there is no such drive; there is "));
   CHECK_THAT(refusal(scene, {"bodies.crnk.mass=2"}), Contains("there is no such body; did you mean crank?"));
+  CHECK_THAT(refusal(scene, {"joints.gudgeon.clearance=abc"}), Contains("must be a number, is a text"));
   // A surface has no required keys: one that no element names would be without effect.
   CHECK_THAT(refusal(scene, {"surfaces.stel.friction=0.1"}),
              Contains("there is no such surface; did you mean steel?"));
@@ -162,10 +193,11 @@ TEST_CASE("a loop that cannot be closed is reported by the joint and the distanc
           "[assembly][errors]") {
   // A rod of 0.3 m between pins 1 m apart: least squares share the missing 0.7 m.
   CHECK_THAT(not_assembled(rod(0.3, 1)),
-             Contains("joints.left: cannot be closed: in the best pose found, it stays open by 0.35 m, "
-                      "\"right\" by 0.35 m") ||
-                 Contains("joints.right: cannot be closed: in the best pose found, it stays open by 0.35 m, "
-                          "\"left\" by 0.35 m"));
+             Contains("check the lengths") &&
+                 (Contains("joints.left: cannot be closed: in the best pose found, it stays open by 0.35 m, "
+                           "\"right\" by 0.35 m") ||
+                  Contains("joints.right: cannot be closed: in the best pose found, it stays open by 0.35 m, "
+                           "\"left\" by 0.35 m")));
   // A crank held by its drive where the rod cannot reach: the message names the joints and the
   // required change of the drive.
   const auto driven = [](double angle) {
@@ -218,201 +250,4 @@ TEST_CASE(
     }
     CHECK(refused > 100);  // of the lengths and the names of parts
   }
-}
-
-namespace {
-
-/// The fault of a message, or nothing: one line, or three for lists; no words of libraries.
-std::string fault(const std::string& message) {
-  const auto lines = std::ranges::count(message, '\n');
-  if (message.empty() || message.back() != '\n') return "does not end with its line";
-  if (lines > 3) return "is of many lines";
-  if (lines > 1 && message.find("\n  ") == message.npos && message.find("`freeplay help") == message.npos)
-    return "goes on without a list";
-  for (const char* foreign :
-       {"std::", "SQL", "sql", "toml::", "toml++", "json.exception", "nlohmann", "PRAGMA", "boost", "Boost",
-        "Ipopt", "KLU", "filesystem error", "what()", "terminate", "parse error", "Error while"})
-    if (message.find(foreign) != message.npos) return fmt::format("says \"{}\"", foreign);
-  if (std::ranges::any_of(message, [](char c) { return (c >= 0 && c < 0x20 && c != '\n') || c == 0x7F; }))
-    return "has control characters";
-  return "";
-}
-
-}  // namespace
-
-TEST_CASE("a hundred errors are each reported in one line in the program's own words", "[program][errors]") {
-  test::TemporaryFolder folder;
-  const auto place = folder.path().string() + "/";
-  const auto file = [&](const std::string& name, const std::string& text) {
-    write_file(folder.path() / name, text);
-    return place + name;
-  };
-  struct Try {
-    std::string arguments, expected;
-  };
-  std::vector<Try> all;
-  const auto scene = flores();
-  int number = 0;
-  const auto changed = [&](const std::string& from, const std::string& to, const std::string& expected) {
-    const auto name = fmt::format("s{}.toml", ++number);
-    all.push_back({"check " + file(name, replaced(scene, from, to)),
-                   expected.starts_with(":") ? name + expected : expected});
-  };
-  // The file: text that is not TOML, unknown keys, wrong kinds, values out of range, unknown names.
-  for (const char* text : {"mass = = 1\n",
-                           "mass = 1.0\"é\"\n",
-                           "[bodies\n",
-                           "[#a]\n",
-                           "title = \"x\n",
-                           "a = [1, 2\n",
-                           "a = {x = 1\n",
-                           "title = \"\\q\"\n",
-                           "a = 1\na = 2\n",
-                           "[a]\n[a]\n",
-                           "a.b = 1\na = 2\n",
-                           "x = 0x\n",
-                           "x = 1__0\n",
-                           "x = 99999999999999999999\n",
-                           "x = 2026-13-01\n",
-                           "é = 1\n",
-                           "title = \"\xFF\"\n",
-                           "title = '''a\n",
-                           "= 1\n",
-                           "a = [1,,2]\n",
-                           "[[a]]\n[a]\n",
-                           "\"a\\nb\" = 1\n",
-                           "a = [}\n",
-                           "[a]]\n",
-                           "key\n"}) {
-    const auto name = fmt::format("t{}.toml", ++number);
-    all.push_back({"check " + file(name, text), name + ":"});
-  }
-  changed("clearance =", "clearence =", "did you mean clearance?");
-  changed("[bodies.crank]", "[body.crank]", "did you mean bodies?");
-  changed("mass = 17.9", "mass = -1", "must be greater than 0, is -1");
-  changed("mass = 17.9", "mass = nan", "must be finite");
-  changed("mass = 17.9", "mass = \"heavy\"", "must be a number, is a text");
-  changed("mass = 17.9", "mass = [1]", "must be a number, is a list");
-  changed("mass = 17.9", "mass = true", "must be a number, is true or false");
-  changed("mass = 17.9", "mass = 2026-01-01", "must be a number, is a date");
-  changed("mass = 17.9", "mass = {a = 1}", "must be a number, is a table");
-  changed("mass = 17.9", "", "bodies.crank.mass: is missing");
-  changed("[bodies.crank]", "[bodies.\"a\\nb\"]", "a name must be made of letters");
-  changed("[bodies.crank]", "[bodies.ground]", "is the fixed frame");
-  changed("type = \"revolute\"", "type = \"hinge\"", "\"hinge\" is unknown; one of \"revolute\"");
-  changed("type = \"revolute\"", "type = \"a\\nb\"", "\"a\\nb\" is unknown");
-  changed("[\"ground\", \"crank\"]", "[\"ground\", \"z\"]", "there is no body \"z\"");
-  changed("[\"ground\", \"crank\"]", "[\"ground\"]", "must name two bodies");
-  changed("[\"ground\", \"crank\"]", "[\"crank\", \"crank\"]", "to itself");
-  changed("[\"ground\", \"crank\"]", "7", "must be a list of names");
-  changed("surface = \"steel\"", "surface = \"wood\"", "there is no surface \"wood\"");
-  changed("surface = \"steel\"\n", "", "surface: is missing");
-  changed("joint = \"main\"", "joint = \"mein\"", "there is no joint \"mein\"");
-  changed("joint = \"main\"", "joint = \"guide\"", "must be a revolute joint");
-  changed("axis = [1.0, 0.0]", "axis = [0, 0]", "must not be zero");
-  changed("axis = [1.0, 0.0]", "axis = [0, 0, 1]", "must be a pair");
-  changed("poisson = 0.3", "poisson = 0.6", "must be between 0 and 0.5");
-  changed("restitution = 0.46", "restitution = 2", "must be between 0 and 1");
-  changed("[run]", "[run]\nduration = 1", "needs exactly one of");
-  changed("start = \"ideal\"", "start = \"rest\"", "\"rest\" is unknown");
-  changed("[penalty]", "[penalty]\nintegrator = \"euler\"", "\"euler\" is unknown");
-  changed("[nonsmooth]", "[nonsmooth]\nsolver = \"guess\"", "\"guess\" is unknown");
-  all.push_back({"check " + file("empty.toml", ""), "the scene needs at least one body"});
-  all.push_back({"check " + place + "none.toml", "no such file"});
-  all.push_back({"check " + place, "is a folder, not a file"});
-  all.push_back({"check /dev/null", "is a device, not a file"});
-  all.push_back({"check " + file("open.toml", rod(0.3, 1)), "open.toml:5:1: joints.left: cannot be closed"});
-  // Options.
-  const auto flores_file = test::flores().string(),
-             run = "run " + flores_file + " --formulation nonsmooth -o " + place + "r ";
-  for (const auto& [option, expected] : std::vector<std::pair<std::string, std::string>>{
-           {"joints.gudgen.clearance=1e-3", "did you mean gudgeon?"},
-           {"joints.gudgeon.clearence=1e-3", "did you mean clearance?"},
-           {"joints.gudgeon.clearance=-1", "must be greater than 0, is -1"},
-           {"joints.gudgeon.clearance=abc", "must be a number, is a text"},
-           {"joints.gudgeon.clearance=1", "(with --set joints.gudgeon.clearance=1)"},
-           {"joints.gudgeon.clearance", "must be KEY=VALUE"},
-           {"joints.gudgeon.clearance=", "has no value"},
-           {"title.x=1", "is a value, not a table"},
-           {"run.duration=1", "needs exactly one of"},
-           {"surfaces.stel.friction=1", "did you mean steel?"},
-           {"bodies.x.mass=1", "there is no such body"}})
-    all.push_back({run + "--set " + option, expected});
-  all.push_back({"run " + flores_file + " --formulation magic", "magic"});
-  all.push_back({"run " + flores_file, "--formulation is required"});
-  all.push_back({"run " + flores_file + " --formulation penalty --nope", "--nope"});
-  all.push_back({"dance", "dance"});
-  all.push_back({"run " + flores_file + " --formulation penalty -o " + flores_file + "/x", "scene.toml"});
-  // Studies.
-  const auto study = [&](const std::string& text, const std::string& expected,
-                         const std::string& verb = "sweep --allow-outside ") {
-    const auto name = fmt::format("study{}.toml", ++number);
-    all.push_back({verb + file(name, text) + " -o " + place + "out" + std::to_string(number), expected});
-  };
-  const auto head =
-      fmt::format("scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\n",
-                  (test::source_folder() / "cases/flores2011-experiment/guide.toml").string());
-  study("", "scene: is missing");
-  study(head + "jiont = 1\n", "jiont: is not a key of a study; did you mean joint?");
-  study(head + "[axes.c]\nkey = \"joints.gudgen.clearance\"\nvalues = [1e-3]\n",
-        "axes.c: joints.gudgen: there is no such joint");
-  study(head + "[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = []\n",
-        "must be a list of numbers, is an empty one");
-  study(head + "[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = [\"a\"]\n",
-        "must be a number, is a text");
-  study(head + "[axes.start]\nkey = \"x\"\nvalues = [1]\n", "is a column of the results");
-  study(head + "[axes.c]\nkey = \"joints.gudgeon.clearance\"\nvalues = [-1]\n",
-        "axes.c: joints.gudgeon.clearance: must be");
-  study(head + "[variants.v]\nset = [\"a\"]\n", "variants.v");
-  study(head + "[variants.v]\nset = [1]\n", "must be a list of names");
-  study(head + "formulations = [\"magic\"]\n", "magic");
-  study(head + "starts = 0\n", "a whole number from 1");
-  study(replaced(head, "\"accelerometer\"", "\"nope\""), "nope");
-  study(replaced(head, "guide.toml", "none.toml"), "no such file");
-  study(head, "has no [calibrate]", "calibrate --allow-outside ");
-  study("scene = = 1\n", "not TOML");
-  // Measurements.
-  const auto data = [&](const std::string& text, const std::string& expected) {
-    const auto name = fmt::format("d{}.csv", ++number);
-    all.push_back(
-        {"validate " + flores_file + " --data " + file(name, text) + " -o " + place + "v", expected});
-  };
-  data("", "is empty");
-  data("x,y\n1,2\n", "the header must name acceleration");
-  data("t,acceleration\n0,a\n", ":2: acceleration: \"a\" is not a finite number");
-  data("t,acceleration\n0,1\n0,1\n", ":3: t must increase");
-  data("t,acceleration\n0,1,2\n", ":2: has 3 fields, the header 2");
-  data("t,acceleration\n0,1\n", "has 1 samples");
-  all.push_back({"validate " + flores_file + " --data " + place + "none.csv -o " + place + "v", "none.csv"});
-  // Results.
-  for (const char* text :
-       {"{", "[]", "3", "{\"provenance\": 3}", "{\"provenance\": {\"identity\": 7}}",
-        "{\"provenance\": {\"identity\": {\"scene\": [1]}}}", "{\"provenance\": {}}", "\xFF\xFE"}) {
-    const auto name = fmt::format("run{}.json", ++number);
-    all.push_back({"run --from " + file(name, text) + " -o " + place + "again", name});
-  }
-  all.push_back({"run --resume " + place + "nowhere", "nowhere"});
-  make_folder(folder.path() / "cut");
-  file("cut/run.checkpoint", "freeplay checkpoint 5 10 0\n");
-  all.push_back({"run --resume " + place + "cut", "is damaged"});
-  make_folder(folder.path() / "none");
-  file("none/run.checkpoint", "nothing of the kind");
-  all.push_back({"run --resume " + place + "none", "is not a checkpoint"});
-  // A database of results that is none, or is cut short.
-  make_folder(folder.path() / "db");
-  file("db/sweep.db", std::string(2000, 'x'));
-  all.push_back({"sweep --allow-outside " + file("good.toml", head) + " -o " + place + "db",
-                 "it is not a database of results"});
-
-  CHECK(all.size() > 100);
-  for (const auto& one : all) {
-    const auto o = test::freeplay(one.arguments);
-    CAPTURE(one.arguments, o.err);
-    CHECK((o.status == 1 || o.status == 2));
-    CHECK(fault(o.err).empty());
-    CHECK_THAT(o.err, Contains(one.expected));
-  }
-  // A refused run leaves no files.
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "r/run.json"));
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "again/run.json"));
 }

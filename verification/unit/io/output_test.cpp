@@ -1,4 +1,4 @@
-// Files, events, pairing, and the program as a user runs it.
+// Files, events and pairing.
 #include <sys/resource.h>
 #include <csignal>
 
@@ -12,7 +12,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// During its lifetime no file of this process and its children grows beyond `most` bytes, as on a
+/// During its lifetime no file of this process grows beyond `most` bytes, as on a
 /// full disk.
 class SmallFiles {
  public:
@@ -124,99 +124,4 @@ TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
   REQUIRE_THAT(p.ended_by, Contains("contact event 3"));
   REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
   REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
-}
-
-TEST_CASE("the program: invalid input gives one line and status 2, and nothing is written", "[program]") {
-  test::TemporaryFolder folder;
-  const auto out = (folder.path() / "r").string();
-  const auto scene = test::flores().string();
-  const auto refused = [&](const std::string& arguments, const char* expected) {
-    const auto o = test::refused(arguments, Contains(expected));
-    CHECK(std::ranges::count(o.err, '\n') == 1);
-    CHECK_FALSE(std::filesystem::exists(out));
-  };
-  const std::string run = "run " + scene + " --formulation nonsmooth -o " + out;
-  refused("run /no/such.toml --formulation penalty -o " + out, "/no/such.toml: no such file");
-  refused("check " + folder.path().string(), "is a folder, not a file");
-  refused(run + " --set bodies.crank.mass=-1", "bodies.crank.mass: must be greater than 0");
-  refused(run + " --set bodies.crank.mass=nan", "must be finite");
-  refused("run " + scene + " --formulation penalty -o " + out +
-              " --set surfaces.steel.restitution=0 --set penalty.contact=exact",
-          "restitution greater than 0");
-  refused("figures " + folder.path().string(), "contains no result files to draw");
-  CHECK(test::freeplay("").status == 2);
-  CHECK(test::freeplay("run " + scene).status == 2);
-  CHECK(test::freeplay("run " + scene + " --formulation magic").status == 2);
-  test::succeeded("--help");
-}
-
-TEST_CASE("the program: a folder that cannot be made and a full disk end with status 1", "[program]") {
-  test::TemporaryFolder folder;
-  const auto scene = test::flores().string() + " --set run.revolutions=1 --set run.discard=0";
-  write_file(folder.path() / "file", "in the way");
-  auto o =
-      test::freeplay("run " + scene + " --formulation nonsmooth -o " + (folder.path() / "file/x").string());
-  CHECK(o.status == 1);
-  CHECK_THAT(o.err, Contains("cannot make this folder"));
-  const auto full = folder.path() / "full";
-  {
-    const SmallFiles limit(100'000);
-    o = test::freeplay("run " + scene + " --formulation nonsmooth -o " + full.string());
-  }
-  CHECK(o.status == 1);
-  CHECK_THAT(o.err, Contains("File too large"));
-  CHECK_FALSE(std::filesystem::exists(full / "run.json"));
-  CHECK_FALSE(std::filesystem::exists(full / "trajectory.csv"));
-}
-
-TEST_CASE("the program: run and compare write the documented files", "[program]") {
-  test::TemporaryFolder folder;
-  const auto out = folder.path() / "c";
-  const auto o = test::succeeded(
-      "compare " + test::flores().string() +
-      " --set run.revolutions=1 --set run.discard=0 --set penalty.contact=exact -o " + out.string());
-  std::size_t widest = 0;
-  std::istringstream lines(o.out);
-  for (std::string line; std::getline(lines, line);)
-    if (line.find(out.string()) == line.npos)
-      widest = std::max(widest, static_cast<std::size_t>(std::ranges::count_if(
-                                    // columns of UTF-8
-                                    line, [](char c) { return (c & 0xC0) != 0x80; })));
-  CHECK(widest <= 80);
-  for (const auto* name :
-       {"comparison.json", "comparison.md", "penalty/run.json", "penalty/trajectory.csv",
-        "penalty/events.csv", "penalty/signals.csv", "nonsmooth/run.json", "ideal/signals.csv",
-        "figures/acceleration.pdf", "figures/acceleration.png", "figures/acceleration.gp",
-        "figures/acceleration.dat", "figures/journal_orbit.pdf", "figures/paired_impacts.pdf"}) {
-    CAPTURE(name);
-    CHECK(std::filesystem::exists(out / name));
-    CHECK(std::filesystem::file_size(out / name) > 100);
-  }
-  const auto j = test::read_json(out / "comparison.json");
-  CHECK(j["penalty"]["contacts"]["gudgeon"]["restitution_delivered"].get<double>() == Approx(0.46));
-  CHECK(j["nonsmooth"]["contacts"]["gudgeon"]["restitution_delivered"].get<double>() == Approx(0.46));
-  CHECK(j["pairing"]["pairs"].size() >= 3);
-  std::ifstream events(out / "penalty/events.csv");
-  std::string header;
-  std::getline(events, header);
-  CHECK(header ==
-        "t,joint,kind,crank_angle,v_n_minus,v_n_plus,v_t_minus,v_t_plus,impulse_n,impulse_t,duration,t_"
-        "uncertainty");
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
-    CHECK(entry.path().extension() != ".partial");
-}
-
-TEST_CASE("the program: memory does not grow with the length of a run", "[program]") {
-  test::TemporaryFolder folder;
-  const auto peak = [&](const std::string& formulation, const std::string& revolutions) {
-    const auto out = folder.path() / (formulation + revolutions);
-    test::succeeded("run " + test::flores().string() + " --set run.discard=0 --set run.output_step=1e-4 " +
-                    "--set run.revolutions=" + revolutions + " --formulation " + formulation + " -o " +
-                    out.string());
-    return test::read_json(out / "run.json")["cost"]["peak_memory_KiB"].get<long>();
-  };
-  for (const auto* formulation : {"nonsmooth", "penalty"})
-    // A twelvefold run may need more pages by noise, but not twelve times the rows (4 MB of
-    // trajectory each revolution).
-    CHECK(peak(formulation, "6") < peak(formulation, "0.5") + 1500);
 }
