@@ -6,7 +6,6 @@
 #include <cstring>
 #include <thread>
 
-#include "dynamics/assembly/assembly.hpp"
 #include "freeplay.hpp"
 #include "verification/support/rig.hpp"
 
@@ -35,8 +34,8 @@ std::string quiet(const fs::path& folder, const std::string& command) {
   return done.said;
 }
 
-/// The build, installed into a folder, and the examples built against it as a user builds them;
-/// once.
+/// The build, installed into a folder, and the examples built against it as a user builds them; either is
+/// made once, when it is needed.
 class Installed {
  public:
   static const Installed& get() {
@@ -46,16 +45,23 @@ class Installed {
   fs::path folder() const { return folder_.path(); }
   fs::path prefix() const { return folder() / "prefix"; }
   std::string program() const { return (prefix() / "bin/freeplay").string(); }
-  std::string example(const char* name) const { return (folder() / "examples/build" / name).string(); }
+  std::string example(const char* name) const {
+    static const bool built = build_examples();
+    REQUIRE(built);
+    return (folder() / "examples/build" / name).string();
+  }
 
  private:
   Installed() {
     quiet(folder(), fmt::format("'{}' --install '{}' --prefix prefix", FREEPLAY_CMAKE, FREEPLAY_BINARY_DIR));
+  }
+  bool build_examples() const {
     fs::copy(test::source_folder() / "verification/library", folder() / "examples");
     quiet(folder() / "examples",
           fmt::format("'{0}' -G Ninja -S . -B build -DCMAKE_PREFIX_PATH='{1}' -DCMAKE_CXX_COMPILER='{2}' "
                       "-DCMAKE_EXE_LINKER_FLAGS='{3}' && '{0}' --build build",
                       FREEPLAY_CMAKE, prefix().string(), FREEPLAY_CXX, FREEPLAY_LINK_FLAGS));
+    return true;
   }
   test::TemporaryFolder folder_;
 };
@@ -90,54 +96,136 @@ std::string even(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an external program prints the events of the command line program", "[library]") {
-  const auto& installed = Installed::get();
-  const auto place = installed.folder() / "ten-lines";
-  fs::create_directories(place);
-  fs::copy_file(test::flores(), place / "scene.toml", fs::copy_options::overwrite_existing);
-  const auto printed = test::lines_of(quiet(place, installed.example("main")));
-  REQUIRE(printed.size() > 20);
+TEST_CASE("four scenes in four threads give the same bits as in sequence", "[library]") {
+  struct Case {
+    fs::path file;
+    const char* formulation;
+    double until;  // s
+  };
+  // Dense and sparse solves, two simultaneous assemblies by Ipopt, contacts of every kind,
+  // instruments.
+  const std::vector<Case> cases{
+      {test::flores(), "penalty", 0.1},
+      {test::scene_file("four_bar_two"), "nonsmooth", 0.2},
+      {test::scene_file("long_chain"), "nonsmooth", 0.1},
+      {test::source_folder() / "cases/flores2010-translational/scene.toml", "penalty", 0.02}};
+  struct Seen {
+    Result result;
+    std::vector<double> numbers;
+  };
+  const auto all = [](const Case& c) {
+    auto scene = read_scene(c.file);
+    // so that an assembly is necessary
+    for (auto& body : scene.mechanism.bodies) body.angle = body.angle.value_or(0) + 1e-3;
+    scene.run.start = RunOptions::Start::assembled;
+    Simulation simulation(scene, c.formulation);
+    Seen seen;
+    test::Listener listener;
+    listener.want = {.forces = true, .samples = true};
+    Forces now;
+    listener.on_step = [&](const Step& step) {
+      step.forces(step.t1, now);
+      for (const auto& f : now.elements) seen.numbers.insert(seen.numbers.end(), {f.fx, f.fy, f.m});
+    };
+    listener.on_sample = [&](std::size_t, double t, double value) {
+      seen.numbers.insert(seen.numbers.end(), {t, value});
+    };
+    seen.result = simulation.run({.until = c.until, .observers = {&listener}});
+    for (const auto& e : seen.result.events)
+      seen.numbers.insert(seen.numbers.end(),
+                          {e.t, e.v_n_minus, e.v_n_plus, e.impulse_n, e.impulse_t, e.duration});
+    return seen;
+  };
+  std::vector<Seen> apart, together(cases.size());
+  for (const auto& c : cases) apart.push_back(all(c));
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    threads.emplace_back([&, i] { together[i] = all(cases[i]); });
+  for (auto& t : threads) t.join();
 
-  // The same second: 10/3 revolutions at 200 rpm.
-  const std::string command = fmt::format(
-      "{} run scene.toml --formulation nonsmooth --set joints.gudgeon.clearance=1e-3", installed.program());
-  quiet(place, command + " --set run.revolutions=3.3333333333333335 -o second");
-  auto rows = test::lines_of(test::file_text(place / "second/events.csv"));
-  rows.erase(rows.begin());
-  REQUIRE(rows.size() == printed.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) CHECK(printed[i] == as_printed(rows[i]));
-
-  // The whole scene, whose run continues: the final results of the first second are its beginning.
-  quiet(place, command + " -o whole");
-  auto whole = test::lines_of(test::file_text(place / "whole/events.csv"));
-  whole.erase(whole.begin());
-  REQUIRE(whole.size() > rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) CHECK(whole[i] == rows[i]);
-}
-
-TEST_CASE("an external program prints all digits of all columns, in both formulations", "[library]") {
-  const auto& installed = Installed::get();
-  const auto place = installed.folder() / "digits";
-  fs::create_directories(place);
-  const auto scene = test::flores().string();
-  for (const std::string formulation : {"nonsmooth", "penalty"}) {
-    const auto printed =
-        test::lines_of(quiet(place, fmt::format("{} {} {} 1.0 joints.gudgeon.clearance=1e-3",
-                                                installed.example("events"), scene, formulation)));
-    quiet(place, fmt::format("{} run {} --formulation {} --set joints.gudgeon.clearance=1e-3 "
-                             "--set run.revolutions=3.3333333333333335 -o {}",
-                             installed.program(), scene, formulation, formulation));
-    auto rows = test::lines_of(test::file_text(place / formulation / "events.csv"));
-    rows.erase(rows.begin());
-    REQUIRE(rows.size() == printed.size());
-    REQUIRE(rows.size() > 20);
-    for (std::size_t i = 0; i < rows.size(); ++i) CHECK(numbers(printed[i]) == numbers(rows[i]));
+  const auto bits = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+  };
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    INFO(cases[i].file);
+    const auto &a = apart[i].result, &b = together[i].result;
+    CHECK(a.ending.status == Ending::Status::finished);
+    CHECK(a.ending.reason == b.ending.reason);
+    CHECK(bits(a.final_state.q, b.final_state.q));
+    CHECK(bits(a.final_state.v, b.final_state.v));
+    CHECK(a.ledger.closure() == b.ledger.closure());
+    CHECK(a.work.rhs == b.work.rhs);
+    CHECK(!apart[i].numbers.empty());
+    CHECK(bits(apart[i].numbers, together[i].numbers));
   }
 }
 
-TEST_CASE("an external program: mechanism in code, observers, threads, snapshots and errors", "[library]") {
+TEST_CASE("the code of docs/reference/library.md is compiled", "[library]") {
+  std::string examples;
+  for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
+    examples += even(test::file_text(entry.path())) + " ";
+  bool within = false;
+  std::string block, language;
+  int count = 0;
+  for (const auto& line :
+       test::lines_of(test::file_text(test::source_folder() / "docs/reference/library.md"))) {
+    if (!line.starts_with("```")) {
+      if (within) block += line + "\n";
+      continue;
+    }
+    if (!within) language = line.substr(3);
+    if (within && (language == "cpp" || language == "cmake")) {
+      ++count;
+      INFO(block);
+      auto wanted = even(block);
+      if (!wanted.empty() && wanted.back() == ' ') wanted.pop_back();
+      CHECK(examples.find(wanted) != examples.npos);
+    }
+    within = !within;
+    block.clear();
+  }
+  CHECK(count >= 6);
+}
+
+TEST_CASE("external programs print the events of the command line program", "[library][slow]") {
   const auto& installed = Installed::get();
-  const auto done = shell(installed.folder() / "examples", installed.example("pendulum"));
+  const auto place = installed.folder() / "events";
+  fs::create_directories(place);
+  fs::copy_file(test::flores(), place / "scene.toml", fs::copy_options::overwrite_existing);
+  const auto rows_of = [&](const std::string& options) {
+    quiet(place, fmt::format("{} run scene.toml --set joints.gudgeon.clearance=1e-3 -o out {}",
+                             installed.program(), options));
+    auto rows = test::lines_of(test::file_text(place / "out/events.csv"));
+    rows.erase(rows.begin());
+    return rows;
+  };
+  // The second that the examples run is 10/3 revolutions at 200 rpm.
+  const std::string second = "--set run.revolutions=3.3333333333333335 --formulation ";
+  for (const std::string formulation : {"penalty", "nonsmooth"}) {
+    CAPTURE(formulation);
+    const auto printed =
+        test::lines_of(quiet(place, fmt::format("{} scene.toml {} 1.0 joints.gudgeon.clearance=1e-3",
+                                                installed.example("events"), formulation)));
+    const auto rows = rows_of(second + formulation);
+    REQUIRE(rows.size() == printed.size());
+    REQUIRE(rows.size() > 20);
+    for (std::size_t i = 0; i < rows.size(); ++i) CHECK(numbers(printed[i]) == numbers(rows[i]));
+    if (formulation == "penalty") continue;
+    const auto ten_lines = test::lines_of(quiet(place, installed.example("main")));
+    REQUIRE(rows.size() == ten_lines.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) CHECK(ten_lines[i] == as_printed(rows[i]));
+    // The whole scene, whose run continues: the results of the first second are its beginning.
+    const auto whole = rows_of("--formulation nonsmooth");
+    REQUIRE(whole.size() > rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) CHECK(whole[i] == rows[i]);
+  }
+}
+
+TEST_CASE("an external program: mechanism in code, observers, threads, snapshots and errors",
+          "[library][slow]") {
+  const auto& installed = Installed::get();
+  const auto program = installed.example("pendulum");
+  const auto done = shell(installed.folder() / "examples", program);
   INFO(done.said);
   CHECK(done.status == 0);
   CHECK_THAT(done.said, !Contains("FAILED"));
@@ -205,222 +293,4 @@ TEST_CASE("the installed program runs the installed scenes", "[library]") {
   CHECK(fs::exists(place / "out/flores2011/comparison.json"));
   quiet(place, installed.program() + " figures out/flores2011");
   CHECK_THAT(quiet(place, installed.program() + " laws --restitution 0.46"), Contains("lankarani-nikravesh"));
-}
-
-TEST_CASE("four scenes in four threads give the same bits as in sequence", "[library]") {
-  struct Case {
-    fs::path file;
-    const char* formulation;
-    double until;  // s
-  };
-  // Dense and sparse solves, two simultaneous assemblies by Ipopt, contacts of every kind,
-  // instruments.
-  const std::vector<Case> cases{
-      {test::flores(), "penalty", 0.1},
-      {test::scene_file("four_bar_two"), "nonsmooth", 0.2},
-      {test::scene_file("long_chain"), "nonsmooth", 0.1},
-      {test::source_folder() / "cases/flores2010-translational/scene.toml", "penalty", 0.02}};
-  struct Seen {
-    Result result;
-    std::vector<double> numbers;
-  };
-  const auto all = [](const Case& c) {
-    auto scene = read_scene(c.file);
-    // so that an assembly is necessary
-    for (auto& body : scene.mechanism.bodies) body.angle = body.angle.value_or(0) + 1e-3;
-    scene.run.start = RunOptions::Start::assembled;
-    Simulation simulation(scene, c.formulation);
-    Seen seen;
-    test::Listener listener;
-    listener.want = {.forces = true, .samples = true};
-    Forces now;
-    listener.on_step = [&](const Step& step) {
-      step.forces(step.t1, now);
-      for (const auto& f : now.elements) seen.numbers.insert(seen.numbers.end(), {f.fx, f.fy, f.m});
-    };
-    listener.on_sample = [&](std::size_t, double t, double value) {
-      seen.numbers.insert(seen.numbers.end(), {t, value});
-    };
-    seen.result = simulation.run({.until = c.until, .observers = {&listener}});
-    for (const auto& e : seen.result.events)
-      seen.numbers.insert(seen.numbers.end(),
-                          {e.t, e.v_n_minus, e.v_n_plus, e.impulse_n, e.impulse_t, e.duration});
-    return seen;
-  };
-  std::vector<Seen> apart, together(cases.size());
-  for (const auto& c : cases) apart.push_back(all(c));
-  std::vector<std::thread> threads;
-  for (std::size_t i = 0; i < cases.size(); ++i)
-    threads.emplace_back([&, i] { together[i] = all(cases[i]); });
-  for (auto& t : threads) t.join();
-
-  const auto bits = [](const std::vector<double>& a, const std::vector<double>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
-  };
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    INFO(cases[i].file);
-    const auto &a = apart[i].result, &b = together[i].result;
-    CHECK(a.ending.status == Ending::Status::finished);
-    CHECK(a.ending.reason == b.ending.reason);
-    CHECK(bits(a.final_state.q, b.final_state.q));
-    CHECK(bits(a.final_state.v, b.final_state.v));
-    CHECK(a.ledger.closure() == b.ledger.closure());
-    CHECK(a.work.rhs == b.work.rhs);
-    CHECK(!apart[i].numbers.empty());
-    CHECK(bits(apart[i].numbers, together[i].numbers));
-  }
-}
-
-TEST_CASE("observation changes no digit, and a snapshot taken during observation continues the run",
-          "[library]") {
-  struct Case {
-    const char *formulation, *key, *value;
-  };
-  for (const auto& c :
-       {Case{"penalty", "penalty.integrator", "adams_bashforth_moulton"},
-        Case{"penalty", "penalty.integrator", "dopri5"}, Case{"nonsmooth", "nonsmooth.scheme", "moreau-jean"},
-        Case{"nonsmooth", "nonsmooth.scheme", "event-driven"}}) {
-    INFO(c.formulation << " " << c.value);
-    auto scene = read_scene(test::flores());
-    scene.set(c.key, c.value);
-    Simulation alone(scene, c.formulation), watched(scene, c.formulation);
-    const auto plain = alone.run({.until = 0.2});
-
-    test::Listener listener;
-    listener.want = {.forces = true, .samples = true};
-    listener.on_sample = [](std::size_t, double, double) {};
-    Forces f;
-    std::vector<double> q(9), v(9);
-    std::optional<Snapshot> midway;
-    listener.on_step = [&](const Step& step) {
-      const double middle = 0.5 * (step.t0 + step.t1);
-      step.forces(middle, f);
-      step.add_impulse(step.t0, middle, f);
-      step.state(middle, q, v);
-      if (!midway && step.t1 > 0.1) midway = watched.snapshot();
-    };
-    const auto seen = watched.run({.until = 0.2, .observers = {&listener}});
-    REQUIRE(!plain.events.empty());
-    CHECK(plain.final_state.q == seen.final_state.q);
-    CHECK(plain.final_state.v == seen.final_state.v);
-    CHECK(plain.work.rhs == seen.work.rhs);
-    CHECK(plain.events.size() == seen.events.size());
-    REQUIRE(midway);
-    CHECK(midway->t > 0.1);
-    Simulation later(scene, c.formulation);
-    later.restore(*midway);
-    const auto rest = later.run({.until = 0.2});
-    CHECK(rest.final_state.q == plain.final_state.q);
-    CHECK(rest.final_state.v == plain.final_state.v);
-  }
-}
-
-TEST_CASE("access to forces that were not requested is an error", "[library]") {
-  Simulation simulation(read_scene(test::flores()), "penalty");
-  test::Listener listener;
-  Forces f;
-  listener.on_step = [&](const Step& step) {
-    CHECK_THROWS_AS(step.forces(step.t1, f), std::logic_error);
-    CHECK_THROWS_AS(step.add_impulse(step.t0, step.t1, f), std::logic_error);
-    CHECK_THROWS_AS(step.before(), std::logic_error);
-    CHECK_THROWS_AS(step.within(), std::logic_error);
-  };
-  simulation.run({.until = 1e-3, .observers = {&listener}});
-  listener.want = {.forces = true};
-  listener.on_step = [&](const Step& step) {
-    Forces unshaped, sum;
-    step.forces(step.t1, unshaped);
-    CHECK(unshaped.elements.size() == simulation.layout().forces.size());
-    sum.add(1, step.before());
-    CHECK(sum.acceleration.size() == unshaped.acceleration.size());
-  };
-  simulation.run({.until = 2e-3, .observers = {&listener}});
-}
-
-TEST_CASE("a scene in code is refused under the same rules as a file", "[library]") {
-  Scene scene = read_scene(test::flores());
-  const auto refused = [&](const char* formulation = "penalty") {
-    try {
-      Simulation simulation(scene, formulation);
-    } catch (const ModelError& e) {
-      return e.key;
-    }
-    return std::string("nothing");
-  };
-  CHECK(refused() == "nothing");
-  auto& m = scene.mechanism;
-  SECTION("mass") {
-    m.bodies[1].mass = -1;
-    CHECK(refused() == "bodies.rod.mass");
-  }
-  SECTION("not a number") {
-    m.bodies[1].inertia = NAN;
-    CHECK(refused() == "bodies.rod.inertia");
-  }
-  SECTION("body") {
-    std::get<RevoluteJoint>(m.joints[1]).between = {0, 3};
-    CHECK(refused() == "joints.big_end.between");
-  }
-  SECTION("surface") {
-    std::get<RevoluteJoint>(m.joints[2]).clearance->surface = 1;
-    CHECK(refused() == "joints.gudgeon.surface");
-  }
-  SECTION("no surface") {
-    std::get<RevoluteJoint>(m.joints[2]).clearance->surface = -1;
-    CHECK(refused() == "joints.gudgeon.surface");
-  }
-  SECTION("bearing smaller than the clearance") {
-    std::get<RevoluteJoint>(m.joints[2]).clearance->bearing_radius = 1e-4;
-    CHECK(refused().starts_with("joints.gudgeon"));
-  }
-  SECTION("drive") {
-    std::get<SpeedDrive>(m.drives[0]).joint = 9;
-    CHECK(refused() == "drives.motor.joint");
-  }
-  SECTION("duplicate name") {
-    m.bodies[2].name = "rod";
-    CHECK(refused() != "nothing");
-  }
-  SECTION("a body without a name") {
-    m.bodies[2].name = "";
-    CHECK(refused() != "nothing");
-  }
-  SECTION("the caller sets the length of the run") {
-    scene.run.duration = 0;
-    CHECK(refused() == "nothing");
-  }
-  SECTION("a start of another mechanism") {
-    CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = State{0, {0, 0, 0}, {0, 0, 0}, {}}}), ModelError);
-    auto start = assemble(m, RunOptions::Start::assembled);
-    start.z = {1};  // no drive of this mechanism has a lag
-    CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = start}), ModelError);
-    CHECK_THROWS_AS(Simulation(scene, "nonsmooth", {.start = start}), ModelError);
-  }
-}
-
-TEST_CASE("the code of docs/reference/library.md is compiled", "[library]") {
-  std::string examples;
-  for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
-    examples += even(test::file_text(entry.path())) + " ";
-  bool within = false;
-  std::string block, language;
-  int count = 0;
-  for (const auto& line :
-       test::lines_of(test::file_text(test::source_folder() / "docs/reference/library.md"))) {
-    if (!line.starts_with("```")) {
-      if (within) block += line + "\n";
-      continue;
-    }
-    if (!within) language = line.substr(3);
-    if (within && (language == "cpp" || language == "cmake")) {
-      ++count;
-      INFO(block);
-      auto wanted = even(block);
-      if (!wanted.empty() && wanted.back() == ' ') wanted.pop_back();
-      CHECK(examples.find(wanted) != examples.npos);
-    }
-    within = !within;
-    block.clear();
-  }
-  CHECK(count >= 6);
 }

@@ -2,12 +2,13 @@
 // same key. Each fault changes one member of a valid scene; some of the members have no effect.
 #include "io/scene/check_scene.hpp"
 
+#include "dynamics/assembly/assembly.hpp"
 #include "dynamics/instruments.hpp"
 #include "io/scene/write_scene.hpp"
 #include "verification/support/rig.hpp"
-#include "verification/support/scene_text.hpp"
 
 using namespace freeplay;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -260,37 +261,18 @@ TEST_CASE("a scene in code is checked as its canonical text is", "[check_scene]"
 }
 
 TEST_CASE("members without effect are not checked", "[check_scene]") {
-  auto scene = parse_scene(test::body("b", 1, 1) + test::body("c", 1, 1) + test::pin("p", "ground", "b") +
-                               test::guide("g", "ground", "c") + test::run_for(1) + R"(
-[curves.v]
-shape = "constant"
-value = 1
-[drives.push]
-joint = "g"
-force = 1
-[drives.turn]
-joint = "p"
-velocity = "v"
-[loads.force]
-type = "force"
-body = "b"
-force = [1, 0]
-axes = "body"
-[loads.torque]
-type = "torque"
-body = "b"
-torque = 1
-[loads.spring]
-type = "spring-damper"
-between = ["ground", "c"]
-force_table = [[0, 0], [1, 1]]
-one_way = "pull"
-[loads.bushing]
-type = "bushing"
-between = ["ground", "b"]
-radial_table = [[0, 0], [1, 1]]
-)",
-                           "s.toml");
+  auto scene = parse_scene(
+      test::body("b", 1, 1) + test::body("c", 1, 1) + test::pin("p", "ground", "b") +
+          test::guide("g", "ground", "c") + test::run_for(1) +
+          "[curves.v]\nshape = \"constant\"\nvalue = 1\n" + test::drive("push", "g", "force = 1\n") +
+          test::drive("turn", "p", "velocity = \"v\"\n") +
+          "[loads.force]\ntype = \"force\"\nbody = \"b\"\nforce = [1, 0]\naxes = \"body\"\n"
+          "[loads.torque]\ntype = \"torque\"\nbody = \"b\"\ntorque = 1\n"
+          "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"c\"]\n"
+          "force_table = [[0, 0], [1, 1]]\none_way = \"pull\"\n"
+          "[loads.bushing]\ntype = \"bushing\"\nbetween = [\"ground\", \"b\"]\n"
+          "radial_table = [[0, 0], [1, 1]]\n",
+      "s.toml");
   auto& m = scene.mechanism;
   std::get<ForceDrive>(m.drives[0]).against = Argument::angle;
   std::get<MotionDrive>(m.drives[1]).of = 0;
@@ -300,4 +282,27 @@ radial_table = [[0, 0], [1, 1]]
   std::get<Bushing>(m.loads[3]).stiffness = {-1, -1};
   CHECK_NOTHROW(parse_scene(to_toml(scene), ""));
   CHECK_NOTHROW(check_scene(scene));
+}
+
+TEST_CASE("a simulation refuses what a file may not contain", "[check_scene]") {
+  const auto given = read_scene(test::flores());
+  const auto refused = [&](const std::function<void(Mechanism&)>& change) {
+    auto scene = given;
+    change(scene.mechanism);
+    return test::refusal_of([&] { Simulation(scene, "penalty"); });
+  };
+  CHECK(refused([](auto&) {}) == "accepted");
+  CHECK_THAT(refused([](auto& m) { m.bodies[1].mass = -1; }), Contains("bodies.rod.mass"));
+  CHECK_THAT(refused([](auto& m) { std::get<SpeedDrive>(m.drives[0]).joint = 9; }),
+             Contains("drives.motor.joint"));
+  CHECK(refused([](auto& m) { m.bodies[2].name = "rod"; }) != "accepted");
+  auto scene = given;
+  scene.run.duration = 0;  // the caller sets the length of the run
+  CHECK_NOTHROW(Simulation(scene, "penalty"));
+  // A start of another mechanism.
+  CHECK_THROWS_AS(Simulation(scene, "penalty", {.start = State{0, {0, 0, 0}, {0, 0, 0}, {}}}), ModelError);
+  auto start = assemble(scene.mechanism, RunOptions::Start::assembled);
+  start.z = {1};  // no drive of this mechanism has a lag
+  for (const char* formulation : {"penalty", "nonsmooth"})
+    CHECK_THROWS_AS(Simulation(scene, formulation, {.start = start}), ModelError);
 }
