@@ -14,16 +14,16 @@ namespace {
 /// Pendulums side by side, or each attached to the one before; their pins with clearance or
 /// without.
 std::string pendulums(int count, bool chain, bool clearance_joint) {
-  std::string text = "[surfaces.steel]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n";
-  for (int i = 0; i < count; ++i)
-    text += fmt::format("[bodies.b{0}]\nmass = 1\ninertia = 0.1\nposition = [{1}, 0]\n", i, i + 0.5);
+  auto text = test::surface("steel", 0.5, "young = 2e11\npoisson = 0.3\n") + test::run_for(0.01);
+  const auto keys = clearance_joint ? test::loose(1e-3, 0.02, "steel") : "";
   for (int i = 0; i < count; ++i) {
-    const auto on = chain && i > 0 ? fmt::format("b{}", i - 1) : std::string("ground");
-    text += fmt::format(
-        "[joints.j{0}]\ntype = \"revolute\"\nbetween = [\"{1}\", \"b{0}\"]\nat = [[{2}, 0], [-0.5, 0]]\n{3}",
-        i, on, chain ? (i > 0 ? 0.5 : 0.0) : i, clearance_joint ? test::loose(1e-3, 0.02, "steel") : "");
+    const auto self = fmt::format("b{}", i), before = fmt::format("b{}", i - 1);
+    const bool on_ground = !chain || i == 0;
+    text += test::body(self, 1, 0.1, fmt::format("position = [{}, 0]\n", i + 0.5)) +
+            test::pin(fmt::format("j{}", i), on_ground ? "ground" : before, self,
+                      {on_ground ? double(i) : 0.5, 0}, {-0.5, 0}, keys);
   }
-  return text + "[run]\nduration = 0.01\n";
+  return text;
 }
 
 /// Rows of a planar chain of links: two for each joint, with the previous link and the link itself.

@@ -12,49 +12,20 @@ namespace {
 /// group.
 std::string scene(std::size_t length) {
   const auto name = [&](char letter) { return std::string(length, letter); };
-  return fmt::format(R"(gravity = [0, -9.81]
-[bodies.{body}]
-mass = 1
-inertia = 0.03
-position = [0.3, 0]
-[groups.{group}]
-radius = 0.01
-mass = 0.01
-surface = "{surface}"
-positions = [[1, 0.0101], [1.03, 0.0101]]
-walls = [[0.9, 0], [1.5, 0]]
-[groups.{other}]
-radius = 0.01
-mass = 0.01
-surface = "{surface}"
-positions = [[1.1, 0.0101]]
-touches = ["{group}"]
-[joints.{joint}]
-type = "revolute"
-between = ["ground", "{body}"]
-at = [[0, 0], [-0.3, 0]]
-clearance = 1e-4
-bearing_radius = 1e-2
-surface = "{surface}"
-[loads.{load}]
-type = "force"
-body = "{body}"
-force = [0, 0.1]
-[surfaces.{surface}]
-young = 2e11
-poisson = 0.3
-restitution = 0.5
-[run]
-duration = 0.02
-[instruments.{sensor}]
-body = "{body}"
-axis = [1, 0]
-bandwidth = 500
-sampling = 4000
-)",
-                     fmt::arg("body", name('b')), fmt::arg("group", name('g')), fmt::arg("other", name('o')),
-                     fmt::arg("joint", name('j')), fmt::arg("load", name('l')),
-                     fmt::arg("surface", name('s')), fmt::arg("sensor", name('i')));
+  const auto group = [&](char letter, const char* positions, const std::string& keys) {
+    return fmt::format("[groups.{}]\nradius = 0.01\nmass = 0.01\nsurface = \"{}\"\npositions = {}\n{}",
+                       name(letter), name('s'), positions, keys);
+  };
+  return "gravity = [0, -9.81]\n" + test::body(name('b'), 1, 0.03, "position = [0.3, 0]\n") +
+         group('g', "[[1, 0.0101], [1.03, 0.0101]]", "walls = [[0.9, 0], [1.5, 0]]\n") +
+         group('o', "[[1.1, 0.0101]]", fmt::format("touches = [\"{}\"]\n", name('g'))) +
+         test::pin(name('j'), "ground", name('b'), {}, {-0.3, 0}, test::loose(1e-4, 1e-2, name('s'))) +
+         fmt::format("[loads.{}]\ntype = \"force\"\nbody = \"{}\"\nforce = [0, 0.1]\n", name('l'),
+                     name('b')) +
+         test::surface(name('s'), 0.5, "young = 2e11\npoisson = 0.3\n") +
+         test::run_for(0.02, "output_step = 1e-4\n") +
+         fmt::format("[instruments.{}]\nbody = \"{}\"\naxis = [1, 0]\nbandwidth = 500\nsampling = 4000\n",
+                     name('i'), name('b'));
 }
 
 std::filesystem::path written(const test::TemporaryFolder& folder, const std::string& text,

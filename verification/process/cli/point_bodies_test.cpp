@@ -6,6 +6,7 @@
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
+#include "verification/process/cli/point_text.hpp"
 #include "verification/references/cooper_verner.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/support/rig.hpp"
@@ -13,48 +14,31 @@
 using namespace freeplay;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
+using test::point, test::rod;
 
 namespace {
 
-/// A method to run a scene, and its permitted error (m, m/s) in a second of motion of about a
-/// metre.
-struct Way {
-  const char* family;
-  const char* scheme;
-  std::vector<std::string> options;
+/// A method, and its permitted error (m, m/s) in a second of motion of about a metre.
+struct Method {
+  test::Way way;
   double bound;
 };
 
 /// Tolerances of 1e-10 accumulate over some hundred steps: 1e-7. Moreau–Jean is of second order in
 /// smooth motion with steps of 1e-4 s and accelerations of 10 m/s²: a speed error of 1e-8 a step,
 /// at most 1e-4 in 1 s.
-std::vector<Way> ways() {
-  return {{"penalty", "", {"penalty.tolerance=1e-10"}, 1e-6},
-          {"nonsmooth", "event-driven", {"nonsmooth.tolerance=1e-10"}, 1e-6},
-          {"nonsmooth", "automatic", {"nonsmooth.tolerance=1e-10"}, 1e-6},
-          {"nonsmooth", "moreau-jean", {"nonsmooth.step=1e-4"}, 1e-3}};
-}
+const std::vector<Method> methods{
+    {{"penalty", Family::penalty, {}, 0, {"penalty.tolerance=1e-10"}}, 1e-6},
+    {{"event-driven", Family::nonsmooth, Scheme::event_driven, 0, {"nonsmooth.tolerance=1e-10"}}, 1e-6},
+    {{"automatic", Family::nonsmooth, Scheme::automatic, 0, {"nonsmooth.tolerance=1e-10"}}, 1e-6},
+    {test::fixed_steps(1e-4), 1e-3}};
 
-Scene scene_of(const std::string& text, const Way& way, double duration) {
-  auto options = way.options;
-  if (*way.scheme) options.push_back(fmt::format("nonsmooth.scheme={}", way.scheme));
-  options.push_back(fmt::format("run.duration={}", duration));
-  return parse_scene(text, "points.toml", options);
-}
-
-State end_of(const std::string& text, const Way& way, double duration) {
-  return Simulation(scene_of(text, way, duration), way.family).run().final_state;
+State end_of(const std::string& text, const test::Way& way, double duration) {
+  return test::finished(way, text, {fmt::format("run.duration={}", duration)}).final_state;
 }
 
 constexpr double g = 9.81;
 
-std::string point(const char* name, double x, double y, double mass = 0.7) {
-  return fmt::format("[bodies.{}]\nmass = {}\npoint = true\nposition = [{}, {}]\n", name, mass, x, y);
-}
-std::string rod(const char* name, const char* from, const char* to, double length) {
-  return fmt::format("[joints.{}]\ntype = \"rod\"\nbetween = [\"{}\", \"{}\"]\nlength = {}\n", name, from, to,
-                     length);
-}
 const std::string heavy = "gravity = [0, -9.81]\n", any = "[run]\nduration = 1\n";
 const std::string smooth = "[surfaces.smooth]\nyoung = 2e11\npoisson = 0.3\nrestitution = 1\n";
 
@@ -65,14 +49,14 @@ TEST_CASE("a point mass on a rod swings as the pendulum of elliptic functions", 
   const reference::Pendulum pendulum{0.7, 0, L, g, amplitude};
   const auto text = heavy + point("bob", L * std::sin(amplitude), -L * std::cos(amplitude)) +
                     rod("string", "ground", "bob", L) + any;
-  for (const auto& way : ways()) {
-    INFO(way.family << " " << way.scheme);
+  for (const auto& [way, bound] : methods) {
+    INFO(way.name);
     const double t = 1.3;
     const auto s = end_of(text, way, t);
     const auto expected = pendulum_state(pendulum, t);
-    CHECK(std::abs(s.q[0] - L * std::sin(expected.angle)) <= way.bound);
-    CHECK(std::abs(s.q[1] + L * std::cos(expected.angle)) <= way.bound);
-    CHECK(std::abs(s.v[0] - L * expected.rate * std::cos(expected.angle)) <= 10 * way.bound);
+    CHECK(std::abs(s.q[0] - L * std::sin(expected.angle)) <= bound);
+    CHECK(std::abs(s.q[1] + L * std::cos(expected.angle)) <= bound);
+    CHECK(std::abs(s.v[0] - L * expected.rate * std::cos(expected.angle)) <= 10 * bound);
     CHECK(s.q[2] == 0);
     CHECK(s.v[2] == 0);
   }
@@ -104,28 +88,24 @@ TEST_CASE("a double pendulum of point masses follows Lagrange's equations in its
   const auto text = heavy + point("upper", double(start[0]), double(start[1]), 0.7) +
                     point("lower", double(start[2]), double(start[3]), 0.4) +
                     rod("first", "ground", "upper", 0.8) + rod("second", "upper", "lower", 0.5) + any;
-  for (const auto& way : ways()) {
-    INFO(way.family << " " << way.scheme);
+  for (const auto& [way, bound] : methods) {
+    INFO(way.name);
     const auto s = end_of(text, way, 1);
     for (const int k : {0, 1, 2, 3})
       CHECK(std::abs(s.q[static_cast<std::size_t>(3 * (k / 2) + k % 2)] -
-                     double(expected[static_cast<std::size_t>(k)])) <= 10 * way.bound);
+                     double(expected[static_cast<std::size_t>(k)])) <= 10 * bound);
   }
 }
 
 TEST_CASE("a point mass on a spring to the ground moves on an ellipse", "[points]") {
   const double k = 35, m = 0.7, A = 0.4, B = 0.15, rate = std::sqrt(k / m);
   const auto text =
-      fmt::format(
-          "[bodies.ball]\nmass = {}\npoint = true\nposition = [{}, 0]\nvelocity = [0, {}]\n"
-          "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"ball\"]\nstiffness = {}\n",
-          m, A, B * rate, k) +
-      any;
-  for (const auto& way : ways()) {
-    INFO(way.family << " " << way.scheme);
+      point("ball", A, 0, m, {0, B * rate}) + test::spring("spring", "ground", "ball", {}, {}, k, 0) + any;
+  for (const auto& [way, bound] : methods) {
+    INFO(way.name);
     const auto s = end_of(text, way, 1);
-    CHECK(std::abs(s.q[0] - A * std::cos(rate)) <= way.bound);
-    CHECK(std::abs(s.q[1] - B * std::sin(rate)) <= way.bound);
+    CHECK(std::abs(s.q[0] - A * std::cos(rate)) <= bound);
+    CHECK(std::abs(s.q[1] - B * std::sin(rate)) <= bound);
   }
 }
 
@@ -133,22 +113,17 @@ TEST_CASE("a point mass on a spring to the ground moves on an ellipse", "[points
 // the sliding speed.
 TEST_CASE("a thrown point mass bounces on a floor with friction", "[points]") {
   const double h = 0.5, e = 0.8, mu = 0.1, vx = 3;
-  const auto text = heavy +
-                    fmt::format(
-                        "[bodies.ball]\nmass = 0.7\npoint = true\nposition = [0, {}]\n"
-                        "velocity = [{}, 0]\n",
-                        h, vx) +
+  const auto text = heavy + point("ball", 0, h, 0.7, {vx, 0}) +
                     test::plane("floor", "ground", "ball", 0, "rough", "axis = [1, 0]\n") +
                     test::surface("rough", e, mu) + any;
   const double v = std::sqrt(2 * g * h), first = std::sqrt(2 * h / g), second = first + 2 * e * v / g;
-  for (const auto& way : ways()) {
-    if (std::string_view(way.family) == "penalty") continue;  // no stiffness is given
-    INFO(way.scheme);
-    const auto run = Simulation(scene_of(text, way, 1), way.family).run();
+  for (const auto& [way, bound] : methods) {
+    if (way.penalty()) continue;  // no stiffness is given
+    INFO(way.name);
+    const auto run = test::finished(way, text);
     REQUIRE(run.events.size() >= 2);
-    const bool steps = std::string_view(way.scheme) == "moreau-jean";
-    const double late = steps ? 2e-4 : 1e-9,
-                 off = steps ? 5e-3 : 1e-8;  // two steps; the effect of gravity in them
+    const double late = way.fixed() ? 2e-4 : 1e-9,
+                 off = way.fixed() ? 5e-3 : 1e-8;  // two steps; the effect of gravity in them
     CHECK(std::abs(run.events[0].t - first) <= late);
     CHECK(std::abs(run.events[1].t - second) <= 2 * late);
     CHECK(std::abs(run.events[0].v_n_plus - e * v) <= off);
@@ -166,12 +141,11 @@ TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
                     point("right", 2 * R, -L) + rod("one", "ground", "left", L) +
                     rod("two", "ground", "right", L) + fmt::format("at = [[{}, 0], [0, 0]]\n", 2 * R) +
                     test::discs("balls", "left", "right", R, R, "smooth") + any;
-  for (const auto& way : ways()) {
+  for (const auto& [way, bound] : methods) {
     // Steps and elastic contacts cause a delay by their duration; the impact is instantaneous only
     // in event-driven runs.
-    if (std::string_view(way.scheme) != "event-driven" && std::string_view(way.scheme) != "automatic")
-      continue;
-    INFO(way.scheme);
+    if (way.penalty() || way.fixed()) continue;
+    INFO(way.name);
     const auto s = end_of(text, way, t);
     const auto expected = pendulum_state(pendulum, t);
     CHECK(std::abs(s.q[3] - 2 * R - L * std::sin(expected.angle)) <= 1e-5);
@@ -185,19 +159,13 @@ TEST_CASE("a cradle of two point masses transfers its momentum", "[points]") {
 TEST_CASE("a corner contact with a given stiffness has the duration and depth of its spring (penalty)",
           "[points][penalty]") {
   const double m = 0.7, v = 1.2, K = 2e5;
-  const auto text =
-      fmt::format(
-          "[bodies.ball]\nmass = {}\npoint = true\nposition = [0.1, 0.3]\n"
-          "velocity = [0, {}]\n",
-          m, -v) +
-      test::plane("wall", "ground", "ball", 0, "s", fmt::format("axis = [1, 0]\nstiffness = {}\n", K)) +
-      "[surfaces.s]\nrestitution = {}\n" + "[penalty]\ncontact = \"exact\"\n" + any;
   for (const double e : {1.0, 0.6}) {
     INFO("restitution " << e);
-    const auto run =
-        Simulation(parse_scene(fmt::format(fmt::runtime(text), e), "wall.toml", {"penalty.tolerance=1e-10"}),
-                   "penalty")
-            .run();
+    const auto text =
+        point("ball", 0.1, 0.3, m, {0, -v}) +
+        test::plane("wall", "ground", "ball", 0, "s", fmt::format("axis = [1, 0]\nstiffness = {}\n", K)) +
+        test::surface("s", e) + "[penalty]\ncontact = \"exact\"\n" + any;
+    const auto run = test::finished(methods[0].way, text);
     REQUIRE(run.events.size() == 1);
     CHECK(run.events[0].v_n_plus == Approx(e * v).epsilon(1e-6));
     CHECK(run.events[0].impulse_n == Approx((1 + e) * m * v).epsilon(1e-6));
@@ -206,20 +174,6 @@ TEST_CASE("a corner contact with a given stiffness has the duration and depth of
     CHECK(run.extremes.penetration[0] == Approx(v * std::sqrt(m / K)).epsilon(1e-6));
     CHECK(std::abs(run.ledger.closure()) <= 1e-8 * 0.5 * m * v * v);
   }
-}
-
-TEST_CASE("a corner contact without a stiffness is reported where the penalty formulation needs one",
-          "[points][penalty]") {
-  const auto text =
-      std::string(
-          "[bodies.b]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[contacts.wall]\ntype = \"plane\"\n"
-          "between = [\"ground\", \"b\"]\nsurface = \"s\"\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\n"
-          "restitution = 0.5\n") +
-      any;
-  REQUIRE_THROWS_WITH(
-      Simulation(parse_scene(text, "wall.toml"), "penalty"),
-      Contains("contacts.wall.stiffness: is missing: a penalty contact of a sharp corner needs it as "
-               "stiffness"));
 }
 
 TEST_CASE("check counts two coordinates for a point body", "[points]") {
@@ -249,10 +203,8 @@ TEST_CASE("small vibrations of point bodies have the frequencies of the closed f
 }
 
 TEST_CASE("an element that turns a point body or acts off its centre is refused at its key", "[points]") {
-  const std::string bodies = point("p", 0.5, 0) +
-                             "[bodies.r]\nmass = 1\ninertia = 0.1\n[surfaces.rough]\nyoung = 2e11\n"
-                             "poisson = 0.3\nrestitution = 0.5\nfriction = 0.2\n" +
-                             any;
+  const auto bodies = point("p", 0.5, 0) + test::body("r", 1, 0.1) +
+                      test::surface("rough", 0.5, 0.2, "young = 2e11\npoisson = 0.3\n") + any;
   const std::string pin = "[joints.pin]\ntype = \"revolute\"\nbetween = [\"r\", \"p\"]\n";
   struct Case {
     std::string added, said;
@@ -261,31 +213,24 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
            {pin + "at = [[0, 0], [0.5, 0]]\n", "joints.pin.at: must be [0, 0] on \"p\""},
            {pin + test::loose(1e-3, 0.01, "rough"),
             "joints.pin.surface: has friction with a couple on \"p\""},
-           {"[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"p\"]\n",
-            "joints.guide.between: acts on the angle of \"p\""},
+           {test::guide("guide", "ground", "p"), "joints.guide.between: acts on the angle of \"p\""},
            {"[joints.weld]\ntype = \"rigid\"\nbetween = [\"r\", \"p\"]\n",
             "joints.weld.between: acts on the angle of \"p\""},
            {"[joints.slot]\ntype = \"slot\"\nbetween = [\"p\", \"r\"]\n",
             "joints.slot.between: the slot is on the first body"},
-           {"[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"p\"]\nradius = 0.1\n"
-            "surface = \"rough\"\n",
+           {test::plane("floor", "ground", "p", 0.1, "rough"),
             "contacts.floor.surface: has friction with a couple on \"p\""},
-           {"[contacts.two]\ntype = \"discs\"\nbetween = [\"r\", \"p\"]\nradii = [0.1, 0.1]\n"
-            "surface = \"rough\"\n",
+           {test::discs("two", "r", "p", 0.1, 0.1, "rough"),
             "contacts.two.surface: has friction with a couple on \"p\""},
-           {pin + "[drives.motor]\njoint = \"pin\"\nspeed = 3\n",
-            "drives.motor.joint: acts on the angle of \"p\""},
+           {pin + test::motor("motor", "pin", 3), "drives.motor.joint: acts on the angle of \"p\""},
            {"[loads.twist]\ntype = \"torque\"\nbody = \"p\"\ntorque = 3\n",
             "loads.twist.body: acts on the angle of \"p\""},
            {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\nat = [0.1, 0]\n",
             "loads.push.at: must be [0, 0] on \"p\""},
            {"[loads.push]\ntype = \"force\"\nbody = \"p\"\nforce = [1, 0]\naxes = \"body\"\n",
             "loads.push.axes: must be \"world\""},
-           {"[loads.coil]\ntype = \"torsional-spring-damper\"\nbetween = [\"r\", \"p\"]\nstiffness = 3\n",
-            "loads.coil.between: acts on the angle of \"p\""},
-           {"[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"r\", \"p\"]\n"
-            "at = [[0, 0], [0, 0.1]]\nstiffness = 3\n",
-            "loads.spring.at: must be [0, 0] on \"p\""},
+           {test::torsion("coil", "r", "p", 3), "loads.coil.between: acts on the angle of \"p\""},
+           {test::spring("spring", "r", "p", {}, {0, 0.1}, 3, 0), "loads.spring.at: must be [0, 0] on \"p\""},
            {"[loads.mount]\ntype = \"bushing\"\nbetween = [\"r\", \"p\"]\nstiffness = [3, 3]\n"
             "torsional_stiffness = 1\n",
             "loads.mount.torsional_stiffness: acts on the angle of \"p\""},

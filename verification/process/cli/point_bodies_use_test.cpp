@@ -8,6 +8,7 @@
 #include "plots/tables/table.hpp"
 #include "study/comparison/drift.hpp"
 #include "study/ensemble/ensemble.hpp"
+#include "verification/process/cli/point_text.hpp"
 #include "verification/property/comparison/snapshot_check.hpp"
 #include "verification/support/rig.hpp"
 
@@ -17,51 +18,32 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double rod = 0.3, clearance = 0.5e-3;  // m, of the scene
+constexpr double length = 0.3, clearance = 0.5e-3;  // m, of the scene
 
 /// A crank at 120 rpm, a point mass in a bearing with clearance at its end, and another on a rod
 /// below that.
 std::string loose_pin() { return snapshots::text("point_on_loose_pin"); }
 
 /// Two point masses on rods side by side, which touch at their radii twice in 1.5 s.
-const std::string cradle = R"(
-gravity = [0, -9.81]
-[bodies.left]
-mass = 0.7
-point = true
-position = [-0.3, -0.7416198487095663]
-[bodies.right]
-mass = 0.4
-point = true
-position = [0.02, -0.8]
-[joints.one]
-type = "rod"
-between = ["ground", "left"]
-length = 0.8
-[joints.two]
-type = "rod"
-between = ["ground", "right"]
-length = 0.8
-at = [[0.02, 0], [0, 0]]
-)" + test::discs("balls", "left", "right", 0.01, 0.01) +
+const std::string cradle = "gravity = [0, -9.81]\n" + test::point("left", -0.3, -0.7416198487095663) +
+                           test::point("right", 0.02, -0.8, 0.4) + test::rod("one", "ground", "left", 0.8) +
+                           test::rod("two", "ground", "right", 0.8) + "at = [[0.02, 0], [0, 0]]\n" +
+                           test::discs("balls", "left", "right", 0.01, 0.01) +
                            test::surface("s", 0.8, "young = 2e9\npoisson = 0.3\n") + test::run_for(1.5);
 
 /// A chain of this number of point masses, its links of 0.1 m at 30° up and down. 40 rows of rods:
 /// the sparse solve.
 std::string chain(int points) {
-  std::string text = "gravity = [0, -9.81]\n";
-  std::string before = "ground";
+  std::string text = "gravity = [0, -9.81]\n", before = "ground";
   double y = 0;
   for (int i = 0; i < points; ++i) {
     y += i % 2 == 0 ? -0.05 : 0.05;
-    text += fmt::format(
-        "[bodies.p{0}]\nmass = 0.1\npoint = true\nposition = [{1:.17g}, {2:.17g}]\n[joints.r{0}]\n"
-        "type = \"rod\"\n"
-        "between = [\"{3}\", \"p{0}\"]\nlength = 0.1\n",
-        i, 0.1 * std::sqrt(0.75) * (i + 1), y, before);
-    before = fmt::format("p{}", i);
+    const auto name = fmt::format("p{}", i);
+    text += test::point(name, 0.1 * std::sqrt(0.75) * (i + 1), y, 0.1) +
+            test::rod(fmt::format("r{}", i), before, name, 0.1);
+    before = name;
   }
-  return text + "[run]\nduration = 0.2\n";
+  return text + test::run_for(0.2);
 }
 
 /// A comparison of the pin with clearance over its 0.5 revolutions with forces, by the command.
@@ -114,7 +96,7 @@ TEST_CASE("an ensemble places a point body in its bearing and turns none", "[poi
     const auto moved = perturbed(scene, {}, plan.seed, k, plan.how);
     Simulation simulation(moved, plan.formulation, {.matched = true});
     const auto q = simulation.state().q;
-    CHECK(std::hypot(q[3] - q[6], q[4] - q[7]) == Approx(rod).epsilon(1e-14));
+    CHECK(std::hypot(q[3] - q[6], q[4] - q[7]) == Approx(length).epsilon(1e-14));
     CHECK(std::hypot(q[3] - 0.2, q[4]) <= plan.how.play * clearance * (1 + 1e-12));
     simulation.run();
     last.push_back(simulation.state().q[6]);
@@ -128,11 +110,9 @@ TEST_CASE("an ensemble places a point body in its bearing and turns none", "[poi
 // of it) with projection. A point's angle is exactly zero.
 TEST_CASE("the constraint drift of a point body is that of its rod alone", "[points][drift]") {
   const test::TemporaryFolder folder;
-  const auto scene = parse_scene(
-      "gravity = [0, -9.81]\n[bodies.bob]\nmass = 0.7\npoint = true\nposition = [0.8, 0]\n"
-      "[joints.string]\ntype = "
-      "\"rod\"\nbetween = [\"ground\", \"bob\"]\nlength = 0.8\n[run]\nduration = 1\n",
-      "bob.toml", {"penalty.tolerance=1e-7"});
+  const auto scene = parse_scene("gravity = [0, -9.81]\n" + test::point("bob", 0.8, 0) +
+                                     test::rod("string", "ground", "bob", 0.8) + test::run_for(1),
+                                 "bob.toml", {"penalty.tolerance=1e-7"});
   const auto runs = measure_drift(scene, {}, folder.path(), {});
   REQUIRE(runs.size() == 3);
   for (const auto& run : runs) {
@@ -182,7 +162,7 @@ TEST_CASE("an animation draws point bodies at their positions and rods between t
                    y1 = std::stod(found[4]);
       CHECK(x0 == Approx(bob.x()).margin(0.02));
       CHECK(y0 == Approx(bob.y() - 34).margin(0.02));
-      CHECK(std::hypot(x1 - x0, y1 - y0) == Approx(rod * scale).margin(0.03));
+      CHECK(std::hypot(x1 - x0, y1 - y0) == Approx(length * scale).margin(0.03));
     }
     CHECK(seen >= 5);
   }
@@ -206,7 +186,7 @@ TEST_CASE("report page and figures of a run with point bodies show their motion 
       CHECK(x[8][i] == 0);
       // The page has single precision, some 1e-7 of half a metre.
       CHECK(std::hypot(x[3][i].get<double>() - x[6][i].get<double>(),
-                       x[4][i].get<double>() - x[7][i].get<double>()) == Approx(rod).margin(1e-6));
+                       x[4][i].get<double>() - x[7][i].get<double>()) == Approx(length).margin(1e-6));
     }
   }
   for (const char* figure : {"acceleration.pdf", "journal_orbit.pdf", "reaction_string.pdf"})

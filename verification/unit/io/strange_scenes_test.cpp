@@ -41,8 +41,11 @@ TEST_CASE("a penalty contact without stiffness names the key that provides it", 
   CHECK_THAT(refused(block + guide + "[contacts.t]\ntype = \"travel-stop\"\njoint = \"g\"\nupper = 0.2\n" +
                      steel + run),
              Contains("s.toml:8:1: contacts.t.stiffness: is missing"));
-  CHECK_THAT(refused(block + "[contacts.p]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n" + steel + run),
-             Contains("s.toml:5:1: contacts.p.stiffness: is missing"));
+  CHECK_THAT(
+      refused(block + "[contacts.p]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n" + steel + run),
+      Contains(
+          "s.toml:5:1: contacts.p.stiffness: is missing: a penalty contact of a sharp corner needs it as "
+          "stiffness"));
 }
 
 TEST_CASE("a force over position is averaged correctly over a step that hardly moves", "[driving][strange]") {
