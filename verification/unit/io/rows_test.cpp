@@ -50,57 +50,43 @@ TEST_CASE("no duration loses its last row", "[rows]") {
   }
 }
 
-TEST_CASE("each part of a continued run has a last row", "[rows]") {
-  auto scene = rod(0.06);
-  // 3 × 0.01 is less than 0.03, and 6 × 0.01 than 0.06, by rounding alone
-  scene.run.output_step = 0.01;
-  for (const auto* family : {"penalty", "nonsmooth"}) {
-    CAPTURE(family);
-    Simulation simulation(scene, family);
-    Trajectory path, ninths(0.03 / 9);
-    simulation.run({.until = 0.03, .observers = {&path, &ninths}});
-    REQUIRE(path.size() == 4);
-    CHECK(path.t(3) == 0.03);
-    REQUIRE(ninths.size() == 10);
-    CHECK(ninths.t(9) == 0.03);
-    simulation.run({.observers = {&path, &ninths}});
-    REQUIRE(path.size() == 7);
-    CHECK(path.t(6) == 0.06);
-    REQUIRE(ninths.size() == 19);
-    CHECK(ninths.t(18) == 0.06);
-    for (std::size_t i = 1; i < path.size(); ++i) CHECK(path.t(i) - path.t(i - 1) == Approx(0.01));
-    // 20000 steps of a 20000th are more than 0.03: a continued run has no such row twice.
-    Simulation again(scene, family);
-    Trajectory fine(0.03 / 20000);
-    again.run({.until = 0.03, .observers = {&fine}});
-    again.run({.observers = {&fine}});
-    CHECK(fine.size() == 40001);
-    CHECK(fine.t(20000) == 0.03);
-    CHECK(fine.t(40000) == 0.06);
-  }
-}
-
-TEST_CASE("each continued run ends at its own end time", "[rows]") {
-  // 3 × 0.1 is greater than 0.3, and 6 × 0.1 than 0.6, by an ulp.
+TEST_CASE("each part of a continued run has its last row at its own end time", "[rows]") {
+  // 3 × 0.01 is less than 0.03, and 6 × 0.01 than 0.06, by rounding alone; 3 × 0.1 is greater than 0.3, and
+  // 6 × 0.1 than 0.6.
   REQUIRE(3 * 0.1 > 0.3);
   REQUIRE(6 * 0.1 > 0.6);
-  auto scene = rod(0.6);
-  scene.run.output_step = 0.1;
-  for (const auto* family : {"penalty", "nonsmooth"}) {
-    CAPTURE(family);
-    Simulation simulation(scene, family);
-    Trajectory path;
-    Energies energies;
-    simulation.run({.until = 0.3, .observers = {&path, &energies}});
-    CHECK(path.t(path.size() - 1) == 0.3);
-    REQUIRE(energies.rows.size() == 3);  // from the first step on
-    CHECK(energies.rows[2].t == 0.3);
-    simulation.run({.observers = {&path, &energies}});
-    REQUIRE(path.size() == 7);
-    CHECK(path.t(6) == 0.6);
-    REQUIRE(energies.rows.size() == 6);
-    CHECK(energies.rows[5].t == 0.6);
-  }
+  for (const auto& [half, end, step] : {std::array{0.03, 0.06, 0.01}, {0.3, 0.6, 0.1}})
+    for (const auto* family : {"penalty", "nonsmooth"}) {
+      CAPTURE(family, end);
+      auto scene = rod(end);
+      scene.run.output_step = step;
+      Simulation simulation(scene, family);
+      Trajectory path, ninths(half / 9);
+      Energies energies;
+      simulation.run({.until = half, .observers = {&path, &ninths, &energies}});
+      REQUIRE(path.size() == 4);
+      CHECK(path.t(3) == half);
+      REQUIRE(ninths.size() == 10);
+      CHECK(ninths.t(9) == half);
+      REQUIRE(energies.rows.size() == 3);  // from the first step on
+      CHECK(energies.rows[2].t == half);
+      simulation.run({.observers = {&path, &ninths, &energies}});
+      REQUIRE(path.size() == 7);
+      CHECK(path.t(6) == end);
+      REQUIRE(ninths.size() == 19);
+      CHECK(ninths.t(18) == end);
+      REQUIRE(energies.rows.size() == 6);
+      CHECK(energies.rows[5].t == end);
+      for (std::size_t i = 1; i < path.size(); ++i) CHECK(path.t(i) - path.t(i - 1) == Approx(step));
+      // 20000 steps of a 20000th are more than 0.03: a continued run has no such row twice.
+      Simulation again(scene, family);
+      Trajectory fine(half / 20000);
+      again.run({.until = half, .observers = {&fine}});
+      again.run({.observers = {&fine}});
+      CHECK(fine.size() == 40001);
+      CHECK(fine.t(20000) == half);
+      CHECK(fine.t(40000) == end);
+    }
 }
 
 TEST_CASE("an end time that is not a multiple of the output step has its own row", "[rows]") {
