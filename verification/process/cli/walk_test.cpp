@@ -18,7 +18,7 @@ int walk(const std::filesystem::path& page, const std::filesystem::path& said) {
 
 }  // namespace
 
-TEST_CASE("the commands of the tutorial and README work as shown", "[pages][tutorial]") {
+TEST_CASE("the commands of the tutorial and README work as shown", "[pages][tutorial][slow]") {
   const test::TemporaryFolder folder;
   const auto said = folder.path() / "said";
   for (const auto* page : {"docs/tutorials/first-steps.md", "README.md"}) {
