@@ -194,14 +194,3 @@ TEST_CASE("an element that turns a point body or acts off its centre is refused 
                         StartsWith("s.toml:4:") && Contains("needs a body with rotation"));
   }
 }
-
-TEST_CASE("the canonical text of a point body is read back unchanged", "[points]") {
-  const auto text = heavy + point("bob", 0.8, 0) + rod("string", "ground", "bob", 0.8) + any;
-  const auto scene = parse_scene(text, "s.toml");
-  CHECK(scene.mechanism.bodies[0].point);
-  auto changed = scene;
-  changed.mechanism.bodies[0].mass = 2;
-  changed.set("run.duration", 2.0);  // read back from its canonical text
-  CHECK(changed.mechanism.bodies[0].point);
-  CHECK(changed.mechanism.bodies[0].mass == 2);
-}
