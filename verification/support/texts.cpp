@@ -38,7 +38,7 @@ std::vector<std::vector<std::vector<double>>> data_blocks(const std::filesystem:
     if (line.empty() || line.starts_with("#")) continue;
     std::istringstream numbers(line);
     auto& row = blocks.back().emplace_back();
-    for (double x; numbers >> x;) row.push_back(x);
+    for (std::string number; numbers >> number;) row.push_back(std::stod(number));
   }
   return blocks;
 }
