@@ -1,10 +1,7 @@
 // freeplay run --resume: a run that is killed or interrupted, any number of times and anywhere,
-// finally leaves the files of an undisturbed run, byte for byte.
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
+// finally leaves the files of an undisturbed run, byte for byte. process/crash_recovery kills the program
+// itself.
 #include <atomic>
-#include <chrono>
 #include <thread>
 
 #include "facade/run_folder.hpp"
@@ -16,202 +13,119 @@ using namespace freeplay;
 using Catch::Matchers::Contains;
 using test::check_same, test::files_of;
 using Path = std::filesystem::path;
+using Words = std::vector<std::string>;
 
 namespace {
 
-using Words = std::vector<std::string>;
-using Clock = std::chrono::steady_clock;
-
-/// The program, started as a separate process.
-class Process {
- public:
-  explicit Process(const Words& words) : id_(test::start_freeplay(words)) {}
-  ~Process() {
-    if (id_ > 0) end(SIGKILL);
-  }
-  /// Sends the signal and waits; returns whether the process was still running.
-  bool end(int signal) {
-    ::kill(id_, signal);
-    return wait() == signal;
-  }
-  /// The signal that ended it, or 0; see status().
-  int wait() {
-    int status = 0;
-    REQUIRE(waitpid(id_, &status, 0) == id_);
-    id_ = 0;
-    status_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-  }
-  int status() const { return status_; }  ///< −1: ended by a signal
-  void signal(int which) const { ::kill(id_, which); }
-
- private:
-  pid_t id_;
-  int status_ = -1;
-};
-
-void sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
-/// Waits until the folder contains a checkpoint; false: not within ten seconds.
-bool wait_for_checkpoint(const Path& folder) {
-  const auto start = Clock::now();
-  while (!has_checkpoint(folder)) {
-    if (Clock::now() - start > std::chrono::seconds(10)) return false;
-    sleep(0.001);
-  }
-  return true;
-}
-
-/// A scene and a method to run it, with about half a second of stepping, and without figures, which
-/// take longer.
+/// A scene and a formulation. Each run takes about a tenth of a second.
 struct Setup {
-  const char* what;
-  Words words;  // of `run`, without the folder
+  Path scene;
+  const char* formulation;
+  Words set;
   std::vector<const char*> files;
 };
 
-std::vector<Setup> setups() {
-  return {
-      {"penalty, one kind of everything",
-       {test::flores().string(), "--formulation", "penalty", "--forces", "--set", "run.revolutions=1.5",
-        "--set", "run.discard=0.05", "--set", "run.output_step=2e-5"},
+const std::vector<Setup>& setups() {
+  static const std::vector<Setup> list{
+      {test::flores(),
+       "penalty",
+       {"run.revolutions=0.3", "run.discard=0.05", "run.output_step=2e-5", "run.forces=true"},
        {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
-      {"Moreau-Jean",
-       {test::flores().string(), "--formulation", "nonsmooth", "--forces", "--set", "run.revolutions=5",
-        "--set", "run.discard=0.1", "--set", "run.output_step=5e-5"},
-       {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}},
-      {"event-driven",
-       {test::flores().string(), "--formulation", "nonsmooth", "--set", "nonsmooth.scheme=\"event-driven\"",
-        "--set", "run.revolutions=5", "--set", "run.discard=0.1", "--set", "run.output_step=2e-5"},
+      {test::flores(),
+       "nonsmooth",
+       {"nonsmooth.scheme=\"event-driven\"", "run.revolutions=1", "run.discard=0.1", "run.output_step=2e-5"},
        {"trajectory.csv", "events.csv", "signals.csv"}},
-      {"two contacts, no instrument",
-       {test::scene_file("four_bar_two").string(), "--formulation", "nonsmooth", "--forces", "--set",
-        "run.duration=0.6"},
-       {"trajectory.csv", "events.csv", "forces.csv"}},
-      {"point bodies",
-       {test::scene_file("point_on_loose_pin").string(), "--formulation", "penalty", "--forces", "--set",
-        "run.revolutions=1", "--set", "run.output_step=2e-5"},
-       {"trajectory.csv", "events.csv", "signals.csv", "forces.csv"}}};
+      {test::scene_file("four_bar_two"),
+       "nonsmooth",
+       {"run.duration=0.2", "run.forces=true"},
+       {"trajectory.csv", "events.csv", "forces.csv"}}};
+  return list;
 }
 
-Words run_in(const Path& folder, const Setup& setup, const char* checkpoint = "0.002") {
-  Words words{"run"};
-  words.insert(words.end(), setup.words.begin(), setup.words.end());
-  for (const std::string& word : {std::string("-o"), folder.string(), std::string("--checkpoint"),
-                                  std::string(checkpoint), std::string("--no-figures")})
-    words.push_back(word);
-  return words;
-}
-Words resume_in(const Path& folder, const char* checkpoint = "0.002") {
-  return {"run", "--resume", folder.string(), "--checkpoint", checkpoint};
-}
-
-/// Runs to the end; returns how long it took (s).
-double run_whole(const Words& words) {
-  const auto start = Clock::now();
-  Process process(words);
-  REQUIRE(process.wait() == 0);
-  REQUIRE(process.status() == 0);
-  return std::chrono::duration<double>(Clock::now() - start).count();
+/// Runs a setup, or resumes its run.
+Result proceed(const Path& folder, const Setup& setup, const std::function<void(double)>& on_progress = {},
+               StopToken stop = {}, double checkpoint = 30) {
+  const RunPlan plan{.formulation = setup.formulation,
+                     .folder = folder,
+                     .on_progress = on_progress,
+                     .stop = stop,
+                     .checkpoint = checkpoint,
+                     .companion = true};  // as the command
+  return has_checkpoint(folder) ? resume_run(folder, plan)
+                                : run_scene(*open_scene(setup.scene, setup.set), plan);
 }
 
-/// Starts the run of a setup in a folder and ends it at some time with a signal, repeated until the
-/// signal was in time.
-void begin(const Path& folder, const Setup& setup, double after, int signal,
-           const char* checkpoint = "0.002") {
-  for (int i = 0; i < 10; ++i, after *= 0.7) {
-    std::filesystem::remove_all(folder);  // a completed run would have left files
-    Process process(run_in(folder, setup, checkpoint));
-    REQUIRE(wait_for_checkpoint(folder));
-    sleep(after);
-    process.signal(signal);
-    process.wait();
-    if (has_checkpoint(folder)) return;
-  }
-  FAIL("the run is over before it can be ended");
+/// Interrupts the run of a setup, or its resumption, at a share of its length.
+Result interrupt(const Path& folder, const Setup& setup, double share, double checkpoint = 30) {
+  std::atomic<bool> requested{false};
+  const auto result = proceed(
+      folder, setup, [&](double done) { requested = requested || done > share; }, StopToken(requested),
+      checkpoint);
+  REQUIRE(result.ending.status == Ending::Status::interrupted);
+  return result;
+}
+
+/// Kills the run of a setup, or its resumption, at a share of its length: a kill leaves the folder as it is.
+void kill(const Path& folder, const Setup& setup, double share) {
+  const Path left = folder.string() + "-left";
+  const auto copy = [&](double done) {
+    if (done > share && !std::filesystem::exists(left)) std::filesystem::copy(folder, left);
+  };
+  proceed(folder, setup, copy, {}, 0.002);
+  std::filesystem::remove_all(folder);
+  std::filesystem::rename(left, folder);
+  REQUIRE(has_checkpoint(folder));
 }
 
 }  // namespace
 
 TEST_CASE("resume: a killed run ends with the same files as an undisturbed one", "[resume]") {
   test::TemporaryFolder place;
-  std::mt19937 engine(3);
-  const auto share = [&] { return static_cast<double>(engine() % 1000) / 1000; };
-  for (const auto& setup : setups()) {
-    INFO(setup.what);
-    const auto whole = place.path() / "whole", folder = place.path() / "killed";
-    for (const auto& old : {whole, folder}) std::filesystem::remove_all(old);
-    const double length = run_whole(run_in(whole, setup, "0"));
-    for (const auto* name : setup.files) {
-      INFO(name);
-      REQUIRE(std::filesystem::exists(whole / name));
-      CHECK(std::filesystem::file_size(whole / name) > 1000);
+  for (const auto& setup : setups())
+    // A run that was interrupted before has its files in their places, from where they are moved.
+    for (const bool interrupted : {false, true}) {
+      CAPTURE(setup.scene, setup.formulation, interrupted);
+      const auto whole = place.path() / "whole", folder = place.path() / "killed";
+      for (const auto& old : {whole, folder}) std::filesystem::remove_all(old);
+      proceed(whole, setup);
+      if (interrupted)
+        interrupt(folder, setup, 0.2);
+      else
+        kill(folder, setup, 0.2);
+      CHECK(std::filesystem::exists(folder / "run.json") == interrupted);
+      for (const double share : {0.5, 0.8}) kill(folder, setup, share);
+      proceed(folder, setup);
+      check_same(folder, whole);
     }
-    REQUIRE(files_of(whole).size() == setup.files.size() + 1);
-
-    begin(folder, setup, share() * 0.5 * length, SIGKILL);
-    CHECK_FALSE(std::filesystem::exists(folder / "run.json"));
-    int kills = 0;
-    for (int i = 0; i < 6; ++i) {
-      Process process(resume_in(folder));
-      sleep(share() * 0.3 * length);
-      kills += process.end(SIGKILL);
-      if (!has_checkpoint(folder)) break;
-    }
-    CHECK(kills >= 1);
-    if (has_checkpoint(folder)) {
-      run_whole(resume_in(folder));
-    } else if (!std::filesystem::exists(folder / "run.json")) {
-      // Killed after the removal of the checkpoint and before run.json exists: the next call puts
-      // run.json in its place.
-      Process(resume_in(folder)).wait();
-    }
-    check_same(folder, whole);
-  }
 }
 
 TEST_CASE("resume: an interrupted run leaves complete files and continues", "[resume]") {
   test::TemporaryFolder place;
-  std::mt19937 engine(5);
   for (const auto& setup : setups()) {
-    INFO(setup.what);
+    CAPTURE(setup.scene, setup.formulation);
     const auto whole = place.path() / "whole", folder = place.path() / "interrupted";
     for (const auto& old : {whole, folder}) std::filesystem::remove_all(old);
-    const double length = run_whole(run_in(whole, setup, "30"));
-    const auto share = [&] { return (0.05 + 0.3 * static_cast<double>(engine() % 1000) / 1000) * length; };
-    begin(folder, setup, share(), engine() % 2 ? SIGINT : SIGTERM, "30");
-    const auto check_interrupted = [&] {
-      const auto document = nlohmann::json::parse(test::file_text(folder / "run.json"));
-      CHECK(document["ending"]["status"] == "interrupted");
+    proceed(whole, setup);
+    REQUIRE(files_of(whole).size() == setup.files.size() + 1);
+    std::size_t done = 0;
+    for (int i = 0; i < 4; ++i) {  // at first, and while it resumes; also without new checkpoints
+      interrupt(folder, setup, 0.2 + 0.2 * i, i == 2 ? 0 : 30);
+      CHECK(test::read_json(folder / "run.json")["ending"]["status"] == "interrupted");
       const auto files = files_of(folder);
       CHECK(files.size() == setup.files.size() + 2);
       for (const auto* name : setup.files) {
-        INFO(name);
+        CAPTURE(name);
         REQUIRE(files.contains(name));
         const auto& here = files.at(name);
+        CHECK(std::filesystem::file_size(whole / name) > 1000);
         CHECK(here.ends_with('\n'));
         CHECK(test::file_text(whole / name).starts_with(here));
       }
-    };
-    check_interrupted();
-    for (int i = 0; i < 3; ++i) {  // again, while it resumes; also without new checkpoints
-      const auto done = test::file_text(folder / "trajectory.csv").size();
-      Process process(resume_in(folder, i == 1 ? "0" : "30"));
-      sleep(share());
-      process.signal(SIGINT);
-      process.wait();
-      if (!has_checkpoint(folder)) break;
-      check_interrupted();
-      CHECK(test::file_text(folder / "trajectory.csv").size() >= done);
+      CHECK(files.at("trajectory.csv").size() > done);
+      done = files.at("trajectory.csv").size();
     }
-    {  // killed while it resumes an interrupted run: its files are in their places, and are moved
-      Process process(resume_in(folder));
-      sleep(0.1 * share());
-      process.end(SIGKILL);
-    }
-    if (has_checkpoint(folder)) {
-      const auto o = test::succeeded("run --resume " + folder.string());
-      CHECK_THAT(o.out, Contains("results in " + folder.string()));
-    }
+    const auto o = test::succeeded("run --no-figures --resume " + folder.string());
+    CHECK_THAT(o.out, Contains("results in " + folder.string()));
     check_same(folder, whole);
   }
 }
@@ -219,31 +133,29 @@ TEST_CASE("resume: an interrupted run leaves complete files and continues", "[re
 TEST_CASE("resume: a stop request during the recording of a step loses no row", "[resume]") {
   // Thousands of rows in each step: most requests fall between them. A step with very many is
   // aborted, and repeated on resumption.
-  struct Kind {
-    std::shared_ptr<const Scene> scene;
-    const char* formulation;
-    int rounds;
-  };
-  const Kind kinds[] = {
-      {open_scene(test::flores(), {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6",
-                                   "run.forces=true", "penalty.tolerance=1e-6"}),
-       "penalty", 8},
-      {open_scene(test::scene_file("bouncing_ball"),
-                  {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.3", "run.output_step=1e-6"}),
-       "nonsmooth", 4}};
+  const Setup kinds[] = {{test::flores(),
+                          "penalty",
+                          {"run.revolutions=0.05", "run.discard=0", "run.output_step=2e-6", "run.forces=true",
+                           "penalty.tolerance=1e-6"},
+                          {}},
+                         {test::scene_file("bouncing_ball"),
+                          "nonsmooth",
+                          {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.3", "run.output_step=1e-6"},
+                          {}}};
   test::TemporaryFolder place;
   std::mt19937 engine(11);
-  for (const auto& [scene, formulation, rounds] : kinds) {
+  for (const auto& [file, formulation, set, files] : kinds) {
+    const auto scene = open_scene(file, set);
     const auto whole = place.path() / "whole", folder = place.path() / "stopped";
-    const auto start = Clock::now();
+    const auto start = std::chrono::steady_clock::now();
     run_scene(*scene, {.formulation = formulation, .folder = whole});
-    const double length = std::chrono::duration<double>(Clock::now() - start).count();
-    for (int round = 0; round < rounds; ++round) {
+    const auto length = std::chrono::steady_clock::now() - start;
+    for (int round = 0; round < 4; ++round) {
       std::filesystem::remove_all(folder);
       std::atomic<bool> requested{false};
-      std::thread asker([&, wait = static_cast<double>(engine() % 1000) * 0.8e-3 * length] {
-        wait_for_checkpoint(folder);
-        sleep(wait);
+      std::thread asker([&, wait = length * (engine() % 1000) / 1250] {
+        while (!has_checkpoint(folder)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        std::this_thread::sleep_for(wait);
         requested = true;
       });
       auto result = run_scene(
@@ -280,11 +192,11 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   std::filesystem::create_directory(empty);
   refused(empty, 2, "has no run.checkpoint to continue from; give the folder of an interrupted run");
   refused(place.path() / "none", 2, "has no run.checkpoint");
-  const double length = run_whole(run_in(done, setup));
+  proceed(done, setup);
   refused(done, 2, "its run has ended");
 
-  begin(cut, setup, 0.4 * length, SIGKILL);
-  begin(interrupted, setup, 0.3 * length, SIGINT);
+  kill(cut, setup, 0.5);
+  interrupt(interrupted, setup, 0.3);
   const auto spoil = [&](const Path& source, const std::string& name, const auto& how) {
     const auto folder = place.path() / "spoilt";
     std::filesystem::remove_all(folder);
@@ -330,45 +242,39 @@ TEST_CASE("resume: a folder that cannot be resumed is refused and stays unchange
   refused(rewritten(sealed(body)), 2, "was taken by freeplay");
 
   // An undamaged run is resumed.
-  run_whole(resume_in(cut));
-  run_whole(resume_in(interrupted));
-  check_same(cut, done);
-  check_same(interrupted, done);
+  for (const auto& folder : {cut, interrupted}) {
+    proceed(folder, setup);
+    check_same(folder, done);
+  }
 }
 
 TEST_CASE("resume: a run that cannot be moved to its place is not lost", "[resume]") {
   test::TemporaryFolder place;
-  const auto scene =
-      open_scene(test::flores(), {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"});
+  const Setup setup{
+      test::flores(), "penalty", {"run.revolutions=0.1", "run.discard=0", "penalty.tolerance=1e-6"}, {}};
   const auto whole = place.path() / "whole", folder = place.path() / "full";
-  run_scene(*scene, {.formulation = "penalty", .folder = whole});
-  std::atomic<bool> requested{false};
-  auto result = run_scene(*scene, {.formulation = "penalty",
-                                   .folder = folder,
-                                   .on_progress = [&](double done) { requested = done > 0.3; },
-                                   .stop = StopToken(requested),
-                                   .checkpoint = 30});
-  REQUIRE(result.ending.status == Ending::Status::interrupted);
+  proceed(whole, setup);
+  interrupt(folder, setup, 0.3);
   // run.json cannot be put in its place, which a folder occupies.
   std::filesystem::remove(folder / "run.json");
   std::filesystem::create_directories(folder / "run.json" / "x");
-  CHECK_THROWS_AS(resume_run(folder, {.checkpoint = 30}), OutputError);
+  CHECK_THROWS_AS(proceed(folder, setup), OutputError);
   REQUIRE(has_checkpoint(folder));
   std::filesystem::remove_all(folder / "run.json");
   // The run had ended: its files are put in their places, and nothing remains to resume.
-  CHECK_THROWS_WITH(resume_run(folder, {.checkpoint = 30}), Contains("its run has ended"));
+  CHECK_THROWS_WITH(proceed(folder, setup), Contains("its run has ended"));
   check_same(folder, whole);
 }
 
 TEST_CASE("resume: a new run in a folder removes leftovers of an old one", "[resume]") {
   test::TemporaryFolder place;
   const auto folder = place.path() / "run", whole = place.path() / "whole";
-  const auto list = setups();
-  begin(folder, list[0], 0.05, SIGKILL);
-  write_file(folder / "run.checkpoint.partial", "half");
+  const auto &forces = setups()[0], &none = setups()[1];
+  kill(folder, forces, 0.5);
   REQUIRE(std::filesystem::exists(folder / "forces.csv.partial"));
-  run_whole(run_in(folder, list[2]));  // which has no forces
-  run_whole(run_in(whole, list[2]));
+  write_file(folder / "run.checkpoint.partial", "half");
+  const auto scene = open_scene(none.scene, none.set);
+  for (const auto& one : {folder, whole}) run_scene(*scene, {.formulation = none.formulation, .folder = one});
   check_same(folder, whole);
 }
 
@@ -386,24 +292,23 @@ TEST_CASE("resume: only its own options are accepted", "[resume]") {
 
 TEST_CASE("an interruption is reported in the same words by every command", "[resume]") {
   test::TemporaryFolder place;
-  const auto source = test::source_folder() / "cases", flores = test::flores();
-  const auto said = [&](const std::string& line) {
+  const auto cases = (test::source_folder() / "cases").string(), flores = test::flores().string();
+  const std::string anew = "interrupted; the same command starts again, nothing was written";
+  for (const auto& [line, words] : {std::pair("poincare " + flores + " --periods 5000 --discard 10", anew),
+                                    {"drift " + flores + " --set run.revolutions=5000", anew},
+                                    {"bifurcation " + cases + "/flores2011-attractors/friction.toml",
+                                     "interrupted; the same command continues"},
+                                    // It may still be reading its scenes, and then has nothing to resume.
+                                    {"sweep " + cases + "/flores2011-experiment/study.toml", "interrupted"},
+                                    {"run " + flores + " --formulation penalty --set run.revolutions=5000",
+                                     "interrupted: penalty at t = "}}) {
+    CAPTURE(line);
     const auto err = place.path() / "err";
     const int status =
         std::system(fmt::format("timeout --foreground -s INT 0.7 {}/freeplay {} -o {}/out >/dev/null 2>{}",
                                 FREEPLAY_BINARY_DIR, line, place.path().string(), err.string())
                         .c_str());
     CHECK(WEXITSTATUS(status) == 124);  // it was still running
-    return test::file_text(err);
-  };
-  const auto anew = Catch::Contains("interrupted; the same command starts again, nothing was written"),
-             on = Catch::Contains("interrupted; the same command continues");
-  CHECK_THAT(said("poincare " + flores.string() + " --periods 5000 --discard 10"), anew);
-  CHECK_THAT(said("drift " + flores.string() + " --set run.revolutions=5000"), anew);
-  CHECK_THAT(said("bifurcation " + (source / "flores2011-attractors/friction.toml").string()), on);
-  // It may still be reading its scenes, and then has nothing to resume.
-  CHECK_THAT(said("sweep " + (source / "flores2011-experiment/study.toml").string()),
-             Catch::StartsWith("interrupted"));
-  CHECK_THAT(said("run " + flores.string() + " --formulation penalty --set run.revolutions=5000"),
-             Catch::Contains("interrupted: penalty at t = "));
+    CHECK_THAT(test::file_text(err), Catch::StartsWith(words));
+  }
 }
