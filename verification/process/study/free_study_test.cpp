@@ -1,28 +1,22 @@
 // Studies without a drive of prescribed speed and without an accelerometer: measures of every
 // column of the result files, and derived quantities, in the database and in exports.
-#include <fmt/format.h>
 #include <boost/math/special_functions/ellint_1.hpp>
-#include <catch2/catch.hpp>
 
-#include <cmath>
-#include <map>
-#include <numbers>
-#include <set>
-#include <sstream>
-
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
-#include "study/sweep/sweep.hpp"
-#include "verification/support/scene_text.hpp"
+#include "facade/run_folder.hpp"
+#include "io/scene/read_scene.hpp"
+#include "verification/support/columns.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
-#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
 
-using test::StudyDesk, test::Rows, test::value_of;
+using test::StudyDesk, test::Rows, test::value_of, test::axis, test::measure;
+
+const std::string nonsmooth = "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\n",
+                  each_period = "each = \"period\"\n", every_period = "at = \"every period\"\n";
 
 /// The case of a pendulum whose bar has a given angle and no position: it is attached at the pin.
 struct Pendulum : StudyDesk {
@@ -35,23 +29,12 @@ struct Pendulum : StudyDesk {
 
 TEST_CASE("a pendulum's period over its amplitude is the elliptic integral", "[studies]") {
   const Pendulum desk("0.1");
-  const auto runs = desk.table(R"(scene = "scene.toml"
-duration = 3
-[axes.angle]
-key = "bodies.bar.angle"
-values = ["-60 deg", 0, "60 deg", "80 deg"]
-[measure.quarter]
-column = "t"
-at = "pivot.angle crosses -90 deg downwards"
-reduce = "first"
-[measure.crossings]
-column = "t"
-at = "pivot.angle crosses -90 deg either"
-reduce = "count"
-[derived]
-period = "4*quarter"
-amplitude = "angle + pi/2"
-)");
+  const auto runs =
+      desk.table("scene = \"scene.toml\"\nduration = 3\n" +
+                 axis("angle", "bodies.bar.angle", "\"-60 deg\", 0, \"60 deg\", \"80 deg\"") +
+                 measure("quarter", "t", "first", "at = \"pivot.angle crosses -90 deg downwards\"\n") +
+                 measure("crossings", "t", "count", "at = \"pivot.angle crosses -90 deg either\"\n") +
+                 "[derived]\nperiod = \"4*quarter\"\namplitude = \"angle + pi/2\"\n");
   REQUIRE(runs.size() == 8);
   for (const auto& run : runs) {
     // k = sin(α/2) of the amplitude α from the vertical; ω₀² = m g a/(J + m
@@ -69,50 +52,42 @@ amplitude = "angle + pi/2"
 TEST_CASE("measures of all columns of trajectory.csv, forces.csv and signals.csv equal the written values",
           "[studies]") {
   const StudyDesk desk("motor-startup");
-  const auto out = desk.folder.path() / "run";
-  const auto o =
-      test::freeplay(fmt::format("run {} --formulation nonsmooth --forces --set run.duration=0.08 --set "
-                                 "run.output_step=1e-4 -o {}",
-                                 (desk.folder.path() / "scene.toml").string(), out.string()));
-  REQUIRE(o.status == 0);
+  const auto out = desk.at("run");
+  run_scene(
+      *open_scene(desk.at("scene.toml"), {"run.duration=0.08", "run.output_step=1e-4", "run.forces=true"}),
+      {.formulation = "nonsmooth", .folder = out});
   // The rows between 0.02 s and 0.06 s, both included, of every table.
+  const auto within = [](double t) { return t > 0.02 - 1e-9 && t < 0.06 + 1e-9; };
   std::map<std::string, std::vector<double>> written;
   for (const char* file : {"trajectory.csv", "forces.csv"}) {
-    const auto rows = test::read_csv(out / file);
-    for (std::size_t c = 0; c < rows[0].size(); ++c) {
-      auto& list = written[rows[0][c]];
+    const test::Columns table(out / file);
+    for (const auto& column : test::fields_of(table.header())) {
+      auto& list = written[column];
       list.clear();
-      for (std::size_t i = 1; i < rows.size(); ++i)
-        if (const double t = std::stod(rows[i][0]); t > 0.02 - 1e-9 && t < 0.06 + 1e-9)
-          list.push_back(std::stod(rows[i][c]));
+      for (std::size_t i = 0; i < table.rows(); ++i)
+        if (within(table.at(i, "t"))) list.push_back(table.at(i, column));
       REQUIRE(list.size() == 401);
     }
   }
   std::vector<double> samples;
   for (const auto& row : test::read_csv(out / "signals.csv"))
-    if (row[0] == "accelerometer" && std::stod(row[1]) >= 0.02 && std::stod(row[1]) <= 0.06)
-      samples.push_back(std::stod(row[3]));
+    if (row[0] == "accelerometer" && within(std::stod(row[1]))) samples.push_back(std::stod(row[3]));
   REQUIRE(samples.size() >= 400);
 
-  std::string text =
-      "scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\nrestitution = \"as-given\"\nplay = 0\n"
-      "discard_time = 0.02\nduration = 0.04\n[variants.given]\nset = [\"run.output_step=1e-4\"]\n";
+  std::string text = nonsmooth +
+                     "restitution = \"as-given\"\nplay = 0\ndiscard_time = 0.02\nduration = 0.04\n"
+                     "[variants.given]\nset = [\"run.output_step=1e-4\"]\n";
   std::vector<std::string> columns;
   for (const auto& [column, list] : written) {
     for (const char* reduce : {"last", "mean", "max"})
-      text += fmt::format("[measure.m{}_{}]\ncolumn = \"{}\"\nreduce = \"{}\"\n", columns.size(), reduce,
-                          column, reduce);
+      text += measure(fmt::format("m{}_{}", columns.size(), reduce), column, reduce);
     columns.push_back(column);
   }
   REQUIRE(columns.size() >= 60);
-  text +=
-      "[measure.signal_mean]\ncolumn = \"accelerometer\"\nreduce = \"mean\"\n"
-      "[measure.signal_peak]\ncolumn = \"accelerometer\"\nreduce = \"peak\"\n"
-      "[measure.gap_median]\ncolumn = \"gudgeon.gap\"\nreduce = \"quantile\"\nq = 0.5\n"
-      "[measure.gap_rms]\ncolumn = \"gudgeon.gap\"\nreduce = \"rms\"\n"
-      "[measure.gap_std]\ncolumn = \"gudgeon.gap\"\nreduce = \"std\"\n"
-      "[measure.gap_count]\ncolumn = \"gudgeon.gap\"\nreduce = \"count\"\n"
-      "[measure.impacts]\ncolumn = \"gudgeon.impacts\"\nreduce = \"last\"\n";
+  text += measure("signal_mean", "accelerometer", "mean") + measure("signal_peak", "accelerometer", "peak") +
+          measure("gap_median", "gudgeon.gap", "quantile", "q = 0.5\n") +
+          measure("gap_rms", "gudgeon.gap", "rms") + measure("gap_std", "gudgeon.gap", "std") +
+          measure("gap_count", "gudgeon.gap", "count") + measure("impacts", "gudgeon.impacts", "last");
   const auto runs = desk.table(text);
   REQUIRE(runs.size() == 1);
   const auto& run = runs[0];
@@ -160,29 +135,14 @@ TEST_CASE("measures over each period and at each period", "[studies]") {
   // is the bottom.
   const Pendulum desk("\"-30 deg\"");
   const double period = 4 * boost::math::ellint_1(0.5) / std::sqrt(24.525), start = -std::numbers::pi / 6;
-  const auto runs = desk.table(fmt::format(R"(scene = "scene.toml"
-formulations = ["penalty"]
-period = {}
-revolutions = 4
-discard = 1
-[measure.highest]
-column = "bar.theta"
-reduce = "max"
-each = "period"
-[measure.middle]
-column = "bar.theta"
-reduce = "mean"
-each = "period"
-[measure.begun]
-column = "bar.theta"
-reduce = "mean"
-at = "every period"
-[measure.spread]
-column = "bar.theta"
-reduce = "std"
-at = "every period"
-)",
-                                           period));
+  const auto runs = desk.table(
+      fmt::format(
+          "scene = \"scene.toml\"\nformulations = [\"penalty\"]\nperiod = {}\nrevolutions = 4\ndiscard = 1\n",
+          period) +
+      measure("highest", "bar.theta", "max", each_period) +
+      measure("middle", "bar.theta", "mean", each_period) +
+      measure("begun", "bar.theta", "mean", every_period) +
+      measure("spread", "bar.theta", "std", every_period));
   REQUIRE(runs.size() == 1);
   CHECK(value_of(runs[0], "highest") == Approx(start).margin(1e-5));
   CHECK(value_of(runs[0], "middle") == Approx(-std::numbers::pi / 2).margin(1e-5));
@@ -205,42 +165,16 @@ TEST_CASE("a rotor under a periodic torque: the period is found, and means cover
   // J ω' = M sin(2πt/T) from rest: ω = (M/(Jw))(1 − cos wt), w = 2π/T. Over a period the mean is
   // M/(Jw), the standard deviation 1/√2 of it, the greatest value twice it, and the torque's mean
   // power zero.
-  const StudyDesk desk("pendulum");
-  write_file(desk.folder.path() / "scene.toml", "format = 2\n" + test::body("rotor", 1, 0.02) +
-                                                    test::pin("pin", "ground", "rotor") + R"([curves.pull]
-shape = "harmonic"
-amplitude = 0.1
-frequency = 5
-[drives.motor]
-joint = "pin"
-torque_curve = "pull"
-)" + test::run_for(1));
-  const std::string study = R"(scene = "scene.toml"
-revolutions = 3
-discard = 1
-[axes.torque]
-key = "curves.pull.amplitude"
-values = [0.1, 0.3]
-[measure.mean]
-column = "rotor.omega"
-reduce = "mean"
-each = "period"
-[measure.all]
-column = "rotor.omega"
-reduce = "mean"
-[measure.spread]
-column = "rotor.omega"
-reduce = "std"
-[measure.fastest]
-column = "rotor.omega"
-reduce = "peak"
-[measure.power]
-column = "motor.power"
-reduce = "mean"
-[measure.torque_mean]
-column = "motor.torque_mean"
-reduce = "mean"
-)";
+  const StudyDesk desk;
+  desk.put("scene.toml", "format = 2\n" + test::body("rotor", 1, 0.02) + test::pin("pin", "ground", "rotor") +
+                             test::harmonic("pull", 0.1, 0.2) +
+                             test::drive("motor", "pin", "torque_curve = \"pull\"\n") + test::run_for(1));
+  const auto study = "scene = \"scene.toml\"\nrevolutions = 3\ndiscard = 1\n" +
+                     axis("torque", "curves.pull.amplitude", "0.1, 0.3") +
+                     measure("mean", "rotor.omega", "mean", each_period) +
+                     measure("all", "rotor.omega", "mean") + measure("spread", "rotor.omega", "std") +
+                     measure("fastest", "rotor.omega", "peak") + measure("power", "motor.power", "mean") +
+                     measure("torque_mean", "motor.torque_mean", "mean");
   const auto runs = desk.table(study);
   REQUIRE(runs.size() == 4);
   for (const auto& run : runs) {
@@ -258,8 +192,7 @@ reduce = "mean"
   CHECK(desk.ask("select count(*), min(t), max(t) from measures")[0] ==
         std::vector<std::string>{"12", "0.2", "0.6"});
   const auto page = desk.sweep(study);
-  std::istringstream lines(page.out);
-  for (std::string line; std::getline(lines, line);) {
+  for (const auto& line : test::lines_of(page.out)) {
     CAPTURE(line);
     CHECK((line.size() <= 80 || line.starts_with("results in")));
   }
@@ -268,13 +201,9 @@ reduce = "mean"
 TEST_CASE("an accelerometer on a body without a drive: statistics of the whole window, none of turns",
           "[studies]") {
   const StudyDesk desk("bouncing-ball");
-  write_file(desk.folder.path() / "scene.toml", test::file_text(desk.folder.path() / "scene.toml") + R"(
-[instruments.falling]
-body = "ball"
-axis = [0.0, 1.0]
-bandwidth = 1000.0
-sampling = 10000.0
-)");
+  desk.put("scene.toml", test::file_text(desk.at("scene.toml")) +
+                             "[instruments.falling]\nbody = \"ball\"\naxis = [0.0, 1.0]\nbandwidth = 1000.0\n"
+                             "sampling = 10000.0\n");
   const auto runs = desk.table(
       "scene = \"scene.toml\"\naccelerometer = \"falling\"\njoint = \"table\"\n"
       "discard_time = 0.05\nduration = 0.25\n");
@@ -294,26 +223,11 @@ TEST_CASE("measures at each contact", "[studies]") {
   // after flights of 2e t₁, 2e² t₁ with e and e² of it: three up to t₁(1 + 2e + 2e²) = 0.798 s; the
   // fourth is beyond 0.85 s with e = 1/2 (0.878 s).
   const StudyDesk desk("bouncing-ball");
-  const auto runs = desk.table(R"(scene = "scene.toml"
-formulations = ["nonsmooth"]
-restitution = "as-given"
-duration = 0.85
-[measure.touches]
-column = "t"
-at = "each touch of table"
-reduce = "count"
-[measure.first]
-column = "t"
-at = "each touch of table"
-reduce = "first"
-[measure.second]
-column = "approach"
-at = "each touch"
-reduce = "quantile"
-q = 0.5
-[derived]
-bounced = "second/9.81^0.5"              # √(2gh) = √g of half a metre
-)");
+  const auto runs = desk.table(nonsmooth + "restitution = \"as-given\"\nduration = 0.85\n" +
+                               measure("touches", "t", "count", "at = \"each touch of table\"\n") +
+                               measure("first", "t", "first", "at = \"each touch of table\"\n") +
+                               measure("second", "approach", "quantile", "at = \"each touch\"\nq = 0.5\n") +
+                               "[derived]\nbounced = \"second/9.81^0.5\"  # √(2gh) = √g of half a metre\n");
   REQUIRE(runs.size() == 1);
   CHECK(value_of(runs[0], "touches") == 3);
   CHECK(value_of(runs[0], "first") == Approx(std::sqrt(1 / 9.81)).epsilon(1e-9));
@@ -321,19 +235,10 @@ bounced = "second/9.81^0.5"              # √(2gh) = √g of half a metre
   CHECK(desk.ask("select count(*) from measures where measure = 'second'")[0][0] == "3");
 }
 
-TEST_CASE("derived quantities change without a new run, and undefined values are NULL",
-          "[studies]") {
+TEST_CASE("derived quantities change without a new run, and undefined values are NULL", "[studies]") {
   const StudyDesk desk("bouncing-ball");
-  const std::string study = R"(scene = "scene.toml"
-formulations = ["nonsmooth"]
-duration = 0.1
-[axes.e]
-key = "surfaces.hard.restitution"
-values = [0.5, 1]
-[measure.low]
-column = "ball.y"
-reduce = "min"
-)";
+  const auto study = nonsmooth + "duration = 0.1\n" + axis("e", "surfaces.hard.restitution", "0.5, 1") +
+                     measure("low", "ball.y", "min");
   REQUIRE(desk.table(study + "[derived]\na = \"low/(1 - e)\"\n").size() == 2);
   CHECK(desk.ask("select e, a is null from named order by e") == Rows{{"0.5", "0"}, {"1.0", "1"}});
   const auto o = desk.sweep(study + "[derived]\nb = \"sqrt(e - 0.75)\"\nc = \"e > 0.75\"\n");
@@ -344,55 +249,56 @@ reduce = "min"
   CHECK(desk.ask("select count(*) from pragma_table_info('named') where name in ('a', 'b', 'c')")[0][0] ==
         "0");
   // A study with another measure needs another file.
-  const auto other = desk.sweep(study + "[measure.high]\ncolumn = \"ball.y\"\nreduce = \"max\"\n");
+  const auto other = desk.sweep(study + measure("high", "ball.y", "max"));
   CHECK(other.status == 1);
   CHECK_THAT(other.err, Contains("contains another study"));
 }
 
 TEST_CASE("an invalid measure or window is refused before any file changes", "[studies]") {
   const StudyDesk desk("motor-startup");
-  const auto says = [&](const std::string& text, const std::string& what) {
-    const auto o = desk.sweep("scene = \"scene.toml\"\nformulations = [\"nonsmooth\"]\n" + text);
+  const auto said = [&](const std::string& text, const std::string& what) {
+    const auto o = desk.sweep(nonsmooth + text);
     CAPTURE(text, o.out, o.err);
     CHECK(o.status == 2);
     CHECK_THAT(o.err, Contains("study.toml:") && Contains(what));
-    CHECK_FALSE(std::filesystem::exists(desk.folder.path() / "out"));
+    CHECK_FALSE(std::filesystem::exists(desk.at("out")));
     return o.err;
   };
-  const auto err =
-      says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gapp\"\nreduce = \"max\"\n",
-           "study.toml:5:10: measure.m.column: \"gudgeon.gapp\" is not a column, did you mean gudgeon.gap? "
-           "There are\n");
+  const auto wrong = [&](const std::string& name, const std::string& column, const std::string& keys,
+                         const std::string& what) {
+    return said(
+        fmt::format("duration = 0.1\n[measure.{}]\ncolumn = \"{}\"\nreduce = {}\n", name, column, keys),
+        what);
+  };
+  const auto err = wrong("m", "gudgeon.gapp", "\"max\"",
+                         "study.toml:5:10: measure.m.column: \"gudgeon.gapp\" is not a column, did you mean "
+                         "gudgeon.gap? There are\n");
   CHECK(std::ranges::count(err, '\n') == 4);  // what is wrong, and three lines of what there is
   CHECK_THAT(err, Contains("\n  trajectory: ") && Contains("\n  forces: ") &&
                       Contains("\n  instruments and run.json: ") && Contains("gudgeon .ex .ey .gap"));
-  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"median\"\n",
-       "\"median\" is unknown");
-  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"quantile\"\n", "q: is missing");
-  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\nq = 0.5\n",
-       "applies only to reduce = \"quantile\"");
-  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\neach = \"period\"\n",
-       "no drive of the scene defines a period; give study.period (s)");
-  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.impacts\"\nreduce = \"max\"\n",
-       "use reduce = \"last\"");
-  says("duration = 0.1\n[measure.peak_max]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
-       "is a column of the results");
-  says("duration = 0.1\n[measure.Peak_Max]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
-       "is a column of the results");
-  says("duration = 0.1\n[measure.a-b]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\n",
-       "expressions cannot use this name of the measure");
-  says("duration = 0.1\n[measure.m]\ncolumn = \"gudgeon.gap\"\nreduce = \"max\"\nat = \"now and then\"\n",
-       "is not a section");
-  says("duration = 0.1\n[derived]\nd = \"peek_max*2\"\n",
-       "study.toml:5:5: derived.d: column 1: \"peek_max\" is not a known name");
-  says("duration = 0.1\nrevolutions = 3\n", "revolutions: counts periods, but duration is in seconds");
-  says("discard_time = 0.1\n", "discard_time: needs duration, which is missing");
-  says("revolutions = 3\n", "has no drive with a period");
-  says("duration = 0.1\njoint = [\"gudgeon\", \"main\"]\n",
-       "study.toml:4:9: joint: \"main\" has no clearance");
-  says("[study.axes.a]\n", "keys of a study are at the root: [axes.NAME], without study");
-  CHECK_THAT(test::freeplay("calibrate " + (desk.folder.path() / "study.toml").string()).err,
-             !Contains("nan"));
+  for (const auto& [name, column, keys, what] :
+       {std::tuple("m", "gap", "\"median\"", "\"median\" is unknown"),
+        {"m", "gap", "\"quantile\"", "q: is missing"},
+        {"m", "gap", "\"max\"\nq = 0.5", "applies only to reduce = \"quantile\""},
+        {"m", "gap", "\"max\"\neach = \"period\"",
+         "no drive of the scene defines a period; give study.period (s)"},
+        {"m", "impacts", "\"max\"", "use reduce = \"last\""},
+        {"peak_max", "gap", "\"max\"", "is a column of the results"},
+        {"Peak_Max", "gap", "\"max\"", "is a column of the results"},
+        {"a-b", "gap", "\"max\"", "expressions cannot use this name of the measure"},
+        {"m", "gap", "\"max\"\nat = \"now and then\"", "is not a section"}})
+    wrong(name, std::string("gudgeon.") + column, keys, what);
+  for (const auto& [text, what] :
+       {std::pair("duration = 0.1\n[derived]\nd = \"peek_max*2\"\n",
+                  "study.toml:5:5: derived.d: column 1: \"peek_max\" is not a known name"),
+        {"duration = 0.1\nrevolutions = 3\n", "revolutions: counts periods, but duration is in seconds"},
+        {"discard_time = 0.1\n", "discard_time: needs duration, which is missing"},
+        {"revolutions = 3\n", "has no drive with a period"},
+        {"duration = 0.1\njoint = [\"gudgeon\", \"main\"]\n",
+         "study.toml:4:9: joint: \"main\" has no clearance"},
+        {"[study.axes.a]\n", "keys of a study are at the root: [axes.NAME], without study"}})
+    said(text, what);
+  CHECK_THAT(desk.run("calibrate").err, !Contains("nan"));
   for (const char* name : {"../x.csv", "/tmp/x.csv", "x.db", ".csv", "a/b.csv"}) {
     const auto o = desk.sweep("scene = \"scene.toml\"\nduration = 0.1\n", fmt::format("--export {}", name));
     CAPTURE(name, o.err);
@@ -402,37 +308,4 @@ TEST_CASE("an invalid measure or window is refused before any file changes", "[s
   const auto alike = StudyDesk("bouncing-ball").sweep("scene = \"scene.toml\"\nduration = 0.1\nstarts = 3\n");
   CHECK(alike.status == 2);
   CHECK_THAT(alike.err, Contains("are identical: no drive has a prescribed speed"));
-}
-
-TEST_CASE("flights and impacts of several contacts are counted together", "[studies]") {
-  // Two balls in anti-phase, each in flight for half the time: the sum of their impacts, and the
-  // mean share.
-  TurnRules rules;
-  rules.speed = 2 * std::numbers::pi;
-  rules.sampling = 1000;
-  rules.joint = 2;
-  rules.others = {5};
-  rules.thresholds.impact_speed = 0.1;
-  TurnMeter meter(rules);
-  const auto event = [&](double t, int contact, EventKind kind, double approach) {
-    ContactEvent e;
-    e.t = t;
-    e.contact = contact;
-    e.kind = kind;
-    e.v_n_minus = -approach;
-    meter.event(e);
-  };
-  for (int k = 0; k < 4; ++k) {
-    event(k, 2, EventKind::contact, 1);
-    event(k + 0.25, 5, EventKind::separation, 0);
-    event(k + 0.5, 2, EventKind::separation, 0);
-    event(k + 0.6, 7, EventKind::contact, 1);  // of a joint that is not counted
-    event(k + 0.5 + 0.25, 5, EventKind::contact, 1);
-  }
-  const auto m = meter.finish(4, 0);
-  CHECK(m.value[TurnMetrics::impacts_per_turn] == 2);
-  CHECK(m.flights.size() ==
-        7);  // the first flight of contact 5 began at its separation, that of contact 2 before
-  CHECK(m.value[TurnMetrics::flight_share] == Approx(0.5));
-  CHECK(std::ranges::count(m.flights, 5, &Flight::contact) == 4);
 }

@@ -5,6 +5,31 @@
 
 using namespace freeplay;
 
+namespace {
+
+/// Values of a function of ξ at the points, with normal noise.
+template <class Function>
+Eigen::VectorXd outcomes_at(const Eigen::MatrixXd& points, const Function& y, double deviation = 0,
+                            unsigned seed = 5) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> noise;
+  Eigen::VectorXd outcomes(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    outcomes[i] = y(points.row(i).transpose()) + deviation * noise(engine);
+  return outcomes;
+}
+
+Eigen::VectorXd at(double x) { return Eigen::VectorXd::Constant(1, x); }
+
+/// The difference quotient of a surface along the last unknown.
+double slope(const ResponseSurface& surface, Eigen::VectorXd xi, double step) {
+  const double here = surface(xi);
+  xi[xi.size() - 1] += step;
+  return (surface(xi) - here) / step;
+}
+
+}  // namespace
+
 TEST_CASE("scatter of starts: the pooled relative covariance, weighted by distance", "[calibrate]") {
   // Two starts at 1 ± a and 1 ± b of one sign: r = ±a, ±b, so W = 2aa, 2ab, 2bb of one degree of
   // freedom; ρ = 1 is not reduced.
@@ -12,7 +37,7 @@ TEST_CASE("scatter of starts: the pooled relative covariance, weighted by distan
   CHECK_FALSE(scatter.known());
   Eigen::MatrixXd outcomes(2, 2);
   outcomes << 3 * 1.1, 5 * 1.2, 3 * 0.9, 5 * 0.8;
-  const Eigen::VectorXd here = Eigen::VectorXd::Constant(1, -0.5), there = Eigen::VectorXd::Constant(1, 0.5);
+  const auto here = at(-0.5), there = at(0.5);
   scatter.add(here, outcomes);
   auto w = scatter.at(there);
   CHECK(w.freedom == Approx(1));
@@ -28,49 +53,55 @@ TEST_CASE("scatter of starts: the pooled relative covariance, weighted by distan
   CHECK(scatter.at(here).freedom == Approx((1 + far) * (1 + far) / (1 + far * far)));
 }
 
+TEST_CASE("response surfaces: exact for quadratics, with a correct estimate of noise", "[calibrate]") {
+  const auto points = space_filling(3, 60);
+  CHECK(points.minCoeff() >= -1);
+  CHECK(points.maxCoeff() <= 1);
+  const auto f = [](const Eigen::VectorXd& x) {
+    return 1 + 2 * x[0] - x[1] + 0.5 * x[0] * x[2] - 3 * x[2] * x[2];
+  };
+  const ResponseSurface exact(points, outcomes_at(points, f));
+  CHECK(exact.error() < 1e-12);
+  const Eigen::Vector3d here(0.3, -0.7, 0.2);
+  CHECK(exact(here) == Approx(f(here)));
+  CHECK(exact.gradient(here)[2] == Approx(0.5 * 0.3 - 6 * 0.2));
+  // Noise of standard deviation s: the leave-one-out error is s√(1 + h/(1−h)), some 10 % above s
+  // for 10 of 60.
+  const ResponseSurface noisy(points, outcomes_at(points, f, 0.2, 3));
+  CHECK(noisy.error() > 0.2 * 0.8);
+  CHECK(noisy.error() < 0.2 * 1.45);
+}
+
 TEST_CASE("a response surface follows a function that is not quadratic and estimates its error",
           "[calibrate]") {
   // A step of width 0.2 with noise of 0.03. The error of a quadratic is 0.3; the surface must be
   // within four of its own standard errors everywhere, and these within a third of that.
-  const auto y = [](double x) { return std::tanh(5 * x); };
-  std::mt19937_64 engine(5);
-  std::normal_distribution<double> noise(0, 0.03);
+  const auto y = [](const Eigen::VectorXd& xi) { return std::tanh(5 * xi[0]); };
   const auto points = space_filling(1, 40);
-  Eigen::VectorXd outcomes(40);
-  for (int i = 0; i < 40; ++i) outcomes[i] = y(points(i, 0)) + noise(engine);
-  const ResponseSurface surface(points, outcomes);
+  const ResponseSurface surface(points, outcomes_at(points, y, 0.03));
   CHECK(surface.error() < 0.1);
   for (double x = -1; x <= 1; x += 0.05) {
-    const Eigen::VectorXd xi = Eigen::VectorXd::Constant(1, x);
+    const auto xi = at(x);
     const double error = std::sqrt(surface.variance(xi));
-    CAPTURE(x, surface(xi), y(x), error);
-    CHECK(std::abs(surface(xi) - y(x)) < 4 * error);
+    CAPTURE(x, surface(xi), y(xi), error);
+    CHECK(std::abs(surface(xi) - y(xi)) < 4 * error);
     CHECK(error < 0.1);
-    const Eigen::VectorXd beside = Eigen::VectorXd::Constant(1, x + 1e-6);
-    CHECK(surface.gradient(xi)[0] == Approx((surface(beside) - surface(xi)) / 1e-6).margin(1e-3));
+    CHECK(surface.gradient(xi)[0] == Approx(slope(surface, xi, 1e-6)).margin(1e-3));
   }
 }
 
 TEST_CASE("the misfit does not depend on how well a surface is known", "[calibrate]") {
   // Runs on the right half alone. f − rᵀV⁻¹r − w|ξ|² is the determinant of the measurement's uncertainty, the
   // same on both sides. With the error of the surface in it, places without runs were worse by ln(1 + s²/U).
-  Eigen::MatrixXd points(30, 1);
-  Eigen::VectorXd outcomes(30);
-  std::mt19937_64 engine(3);
-  std::normal_distribution<double> noise(0, 0.01);
-  for (int i = 0; i < 30; ++i) {
-    points(i, 0) = i / 29.0;
-    outcomes[i] = std::sin(6 * points(i, 0)) + noise(engine);
-  }
-  const ResponseSurface surface(points, outcomes);
+  const Eigen::MatrixXd points = Eigen::VectorXd::LinSpaced(30, 0, 1);
+  const auto sine = [](const Eigen::VectorXd& xi) { return std::sin(6 * xi[0]); };
+  const ResponseSurface surface(points, outcomes_at(points, sine, 0.01, 3));
   const Misfit misfit({{surface, 0, 0.01, {}, 0, 0, 0}}, {{}});
   const auto determinant = [&](double x) {
-    const Eigen::VectorXd xi = Eigen::VectorXd::Constant(1, x);
-    const auto at = misfit.at(xi, {true});
-    return at.value - at.squares - Misfit::pull * x * x;
+    const auto place = misfit.at(at(x), {true});
+    return place.value - place.squares - Misfit::pull * x * x;
   };
-  REQUIRE(surface.variance(Eigen::VectorXd::Constant(1, -0.5)) >
-          100 * surface.variance(Eigen::VectorXd::Constant(1, 0.5)));
+  REQUIRE(surface.variance(at(-0.5)) > 100 * surface.variance(at(0.5)));
   CHECK(determinant(-0.5) == Approx(determinant(0.5)));
   CHECK(determinant(0.5) == Approx(std::log(surface.noise() + 1e-4)));
 }
@@ -79,12 +110,10 @@ TEST_CASE("the error of a surface does not exceed the spread of smooth outcomes"
   // Noise of very different size: the explicit inverse of an ill-conditioned K gave errors of up to
   // 0.024, three times the spread.
   const auto points = space_filling(2, 120);
-  Eigen::VectorXd outcomes(120), noise(120);
-  for (int i = 0; i < 120; ++i) {
-    outcomes[i] = 0.01 * std::sin(2 * points(i, 0) + points(i, 1));
-    noise[i] = i % 40 == 0 ? 40 : 1e-3;
-  }
-  const ResponseSurface surface(points, outcomes, noise);
+  const auto smooth = [](const Eigen::VectorXd& xi) { return 0.01 * std::sin(2 * xi[0] + xi[1]); };
+  Eigen::VectorXd noise = Eigen::VectorXd::Constant(120, 1e-3);
+  for (const int i : {0, 40, 80}) noise[i] = 40;
+  const ResponseSurface surface(points, outcomes_at(points, smooth), noise);
   for (double x = -1; x <= 1; x += 0.25)
     for (double y = -1; y <= 1; y += 0.25)
       CHECK(std::sqrt(surface.variance(Eigen::Vector2d(x, y))) < surface.spread());
@@ -130,11 +159,7 @@ TEST_CASE("a response surface with a steep corner estimates its error in the gen
   int beyond = 0;
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
     CAPTURE(seed);
-    std::mt19937_64 engine(seed);
-    std::normal_distribution<double> noise(0, 0.005);
-    Eigen::VectorXd outcomes(40);
-    for (int i = 0; i < 40; ++i) outcomes[i] = y(points.row(i).transpose()) + noise(engine);
-    const ResponseSurface surface(points, outcomes);
+    const ResponseSurface surface(points, outcomes_at(points, y, 0.005, seed));
     CHECK(surface.warps()[1] > 0);
     double worst = 0;
     for (int i = 0; i < 400; ++i) {
@@ -144,8 +169,8 @@ TEST_CASE("a response surface with a steep corner estimates its error in the gen
       if (xi[1] > 0) worst = std::max(worst, off);
     }
     CHECK(worst < 0.03);
-    const Eigen::Vector2d here(0.3, -0.7), beside(0.3, -0.7 + 1e-6);
-    CHECK(surface.gradient(here)[1] == Approx((surface(beside) - surface(here)) / 1e-6).epsilon(1e-3));
+    const Eigen::Vector2d here(0.3, -0.7);
+    CHECK(surface.gradient(here)[1] == Approx(slope(surface, here, 1e-6)).epsilon(1e-3));
   }
   CHECK(beyond <= 3);
 }
@@ -159,20 +184,17 @@ TEST_CASE("a response surface of a function with kinks and jumps estimates its e
   const auto jumps = [](double x) { return 0.3 * std::floor(x / 0.23); };
   const auto points = space_filling(1, 60);
   for (const auto& y : {std::function<double(double)>(kinks), std::function<double(double)>(jumps)}) {
-    Eigen::VectorXd outcomes(60);
-    for (int i = 0; i < 60; ++i) outcomes[i] = y(points(i, 0));
-    const ResponseSurface surface(points, outcomes, {}, 0);
+    const ResponseSurface surface(
+        points, outcomes_at(points, [&](const Eigen::VectorXd& xi) { return y(xi[0]); }), {}, 0);
     int beyond = 0;
     double squares = 0;
     for (int i = 0; i < 400; ++i) {
       const double x = -0.99 + 1.98 * i / 399;
-      const Eigen::VectorXd xi = Eigen::VectorXd::Constant(1, x);
+      const auto xi = at(x);
       const double z = (surface(xi) - y(x)) / std::sqrt(surface.variance(xi));
       beyond += std::abs(z) > 3;
       squares += z * z / 400;
-      const Eigen::VectorXd beside = Eigen::VectorXd::Constant(1, x + 1e-7);
-      CHECK(surface.gradient(xi)[0] ==
-            Approx((surface(beside) - surface(xi)) / 1e-7).epsilon(1e-2).margin(1e-2));
+      CHECK(surface.gradient(xi)[0] == Approx(slope(surface, xi, 1e-7)).epsilon(1e-2).margin(1e-2));
     }
     CAPTURE(beyond, squares);
     CHECK(beyond <= 20);
