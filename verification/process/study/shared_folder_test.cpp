@@ -1,10 +1,7 @@
 // Result folders used by several processes: one writes, sweeps share; an invalid study changes
 // nothing.
-#include <signal.h>
 #include <unistd.h>
 #include <atomic>
-#include <chrono>
-#include <cstdio>
 #include <thread>
 
 #include "cli/folders.hpp"
@@ -15,6 +12,7 @@
 #include "verification/process/crash_recovery/contents.hpp"
 #include "verification/process/crash_recovery/process.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -22,46 +20,21 @@ using killed::runs_in;
 
 namespace {
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  REQUIRE(at != text.npos);
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
-/// A scene and a study of four runs beside it.
-struct Desk {
-  test::TemporaryFolder folder;
-  std::filesystem::path scene = folder.path() / "scene.toml", study = folder.path() / "study.toml",
-                        out = folder.path() / "out";
-  std::string scene_text = test::file_text(test::source_folder() / "cases/flores2011-experiment/guide.toml");
-  std::string study_text = R"(scene = "scene.toml"
-claims = "flores2011"
-joint = "gudgeon"
-accelerometer = "accelerometer"
-position = "lvdt"
-revolutions = 1
-discard = 0.5
-starts = 2
-[axes.clearance]
-key = "joints.gudgeon.clearance"
-values = [0.5e-3]
-[axes.speed]
-key = "drives.motor.speed_rpm"
-values = [200.0]
-)";
-  Desk() {
-    write_file(scene, scene_text);
-    write_file(study, study_text);
-  }
-  std::string command(const std::string& verb = "sweep") const {
-    return fmt::format("{} {} -o {}", verb, study.string(), out.string());
-  }
+/// The rig's study of four runs, at one clearance and speed.
+struct Desk : test::RigDesk {
+  Desk()
+      : RigDesk("claims = \"flores2011\"\n",
+                "[axes.clearance]\nkey = \"joints.gudgeon.clearance\"\nvalues = [0.5e-3]\n"
+                "[axes.speed]\nkey = \"drives.motor.speed_rpm\"\nvalues = [200.0]\n") {}
+  killed::Contents runs() const { return runs_in(at("out/sweep.db")); }
 };
 
 /// This number of simultaneous sweeps makes the study's runs once.
 void shared_by(int processes, const Desk& desk, const killed::Contents& expected) {
   CAPTURE(processes);
-  const auto place = desk.folder.path() / fmt::format("shared{}", processes);
+  const auto place = desk.at(fmt::format("shared{}", processes));
   std::vector<test::Outcome> outcomes(processes);
   std::vector<std::thread> all;
   for (auto& outcome : outcomes)
@@ -88,77 +61,75 @@ void shared_by(int processes, const Desk& desk, const killed::Contents& expected
 
 TEST_CASE("an invalid study changes none of the existing runs", "[study][folders]") {
   Desk desk;
-  REQUIRE(test::freeplay(desk.command()).status == 0);
-  const auto there = runs_in(desk.out / "sweep.db");
+  REQUIRE(desk.run("sweep").status == 0);
+  const auto there = desk.runs();
   REQUIRE(there.size() == 4);
-  const auto refused = [&](const char* from, const char* to, const char* expected) {
-    CAPTURE(to);
+  for (const auto& [from, to, expected] : std::vector<test::Edit>{
+           {"\"gudgeon\"", "\"gudgen\"", ": joint: \"gudgen\" has no clearance"},
+           {"\"accelerometer\"", "\"lvdt\"", ": accelerometer: \"lvdt\" is not an instrument"},
+           {"\"lvdt\"", "\"lvtd\"", ": position: \"lvtd\" is not an instrument"},
+           {"joints.gudgeon.clearance", "joints.gudgeon.clearanse", "clearanse"},
+           {"[0.5e-3]", "[0.5e-3, -1.0]", "clearance"},
+           {"[0.5e-3]", "\"wide\"", "values"},
+           {"[200.0]", "[200.0, 0.0]", "drive"},
+           {"starts = 2", "starts = 0", "starts"},
+           // The last of many scenes: a variant whose guide is perpendicular to the crank's circle
+           // cannot be assembled.
+           {"[axes.clearance]",
+            "[variants.far]\nset = [\"joints.gudgeon.at=[[5.0, 0.0], [0.0, 0.0]]\", "
+            "\"run.start=assembled\", \"joints.guide.at=[[0.0, 9.0], [0.0, 0.0]]\"]\n[axes.clearance]",
+            "scene.toml"}}) {
     write_file(desk.study, replaced(desk.study_text, from, to));
     for (const char* verb : {"sweep", "validate"}) {
-      const auto o = test::freeplay(desk.command(verb));
-      CAPTURE(verb, o.out, o.err);
+      const auto o = desk.run(verb);
+      CAPTURE(to, verb, o.out, o.err);
       CHECK(o.status == 2);
       CHECK(std::ranges::count(o.err, '\n') == 1);
       CHECK_THAT(o.err, Contains(expected));
-      CHECK(runs_in(desk.out / "sweep.db") == there);
+      CHECK(desk.runs() == there);
     }
-    write_file(desk.study, desk.study_text);
-  };
-  refused("\"gudgeon\"", "\"gudgen\"", ": joint: \"gudgen\" has no clearance");
-  refused("\"accelerometer\"", "\"lvdt\"", ": accelerometer: \"lvdt\" is not an instrument");
-  refused("\"lvdt\"", "\"lvtd\"", ": position: \"lvtd\" is not an instrument");
-  refused("joints.gudgeon.clearance", "joints.gudgeon.clearanse", "clearanse");
-  refused("[0.5e-3]", "[0.5e-3, -1.0]", "clearance");
-  refused("[0.5e-3]", "\"wide\"", "values");
-  refused("[200.0]", "[200.0, 0.0]", "drive");
-  refused("starts = 2", "starts = 0", "starts");
-  // The last of many scenes: a variant whose guide is perpendicular to the crank's circle cannot be
-  // assembled.
-  refused("[axes.clearance]",
-          "[variants.far]\nset = [\"joints.gudgeon.at=[[5.0, 0.0], [0.0, 0.0]]\", \"run.start=assembled\", "
-          "\"joints.guide.at=[[0.0, 9.0], [0.0, 0.0]]\"]\n[axes.clearance]",
-          "scene.toml");
+  }
+  write_file(desk.study, desk.study_text);
   // The scene itself.
-  write_file(desk.scene, replaced(desk.scene_text, "[joints.gudgeon]", "[joints.gudgen]"));
-  CHECK(test::freeplay(desk.command()).status == 2);
-  CHECK(runs_in(desk.out / "sweep.db") == there);
+  desk.change("[joints.gudgeon]", "[joints.gudgen]");
+  CHECK(desk.run("sweep").status == 2);
+  CHECK(desk.runs() == there);
   // A change without effect repeats no run, and removes none.
   write_file(desk.scene, "title = \"The same by another name\"\n# A remark.\n" +
                              replaced(desk.scene_text, "title", "# title"));
-  CHECK_THAT(test::freeplay(desk.command()).out, Contains("4 from the store, 0 new") && !Contains("kept"));
-  CHECK(runs_in(desk.out / "sweep.db") == there);
+  CHECK_THAT(desk.run("sweep").out, Contains("4 from the store, 0 new") && !Contains("kept"));
+  CHECK(desk.runs() == there);
 }
 
 TEST_CASE("runs that a study does not contain are kept until they are pruned", "[study][folders]") {
   Desk desk;
-  REQUIRE(test::freeplay(desk.command()).status == 0);
-  const auto there = runs_in(desk.out / "sweep.db");
-  write_file(desk.study, replaced(desk.study_text, "starts = 2", "starts = 1"));
-  auto o = test::freeplay(desk.command());
+  REQUIRE(desk.run("sweep").status == 0);
+  const auto there = desk.runs();
+  auto o = desk.sweep(replaced(desk.study_text, "starts = 2", "starts = 1"));
   CHECK_THAT(o.out, Contains("2 runs: 2 from the store, 0 new") && Contains("2 further runs are kept") &&
                         Contains("--prune"));
-  CHECK(runs_in(desk.out / "sweep.db") == there);
-  o = test::freeplay(desk.command() + " --prune");
+  CHECK(desk.runs() == there);
+  o = desk.run("sweep", "--prune");
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("given, nonsmooth: 1 runs that are not part of the study") &&
                         Contains("given, penalty: 1 runs") && Contains("2 removed from"));
-  CHECK(runs_in(desk.out / "sweep.db").size() == 2);
-  CHECK_THAT(test::freeplay(desk.command() + " --prune").out, Contains("0 removed from"));
-  CHECK(test::freeplay(replaced(desk.command(), "/out", "/none") + " --prune").status == 2);
-  CHECK_FALSE(std::filesystem::exists(desk.folder.path() / "none"));
+  CHECK(desk.runs().size() == 2);
+  CHECK_THAT(desk.run("sweep", "--prune").out, Contains("0 removed from"));
+  const auto none = desk.at("none");
+  CHECK(test::freeplay(fmt::format("sweep {} --prune -o {}", desk.study.string(), none.string())).status ==
+        2);
+  CHECK_FALSE(std::filesystem::exists(none));
 }
 
 TEST_CASE("sweeps that share a study make each run once, with the results of a single sweep",
           "[study][folders]") {
   Desk desk;
-  desk.study_text = replaced(desk.study_text, "[0.5e-3]", "[0.25e-3, 0.5e-3]");
-  write_file(desk.study, desk.study_text);
-  REQUIRE(test::freeplay(desk.command() + " --threads 1").status == 0);
-  const auto expected = runs_in(desk.out / "sweep.db");
+  REQUIRE(desk.sweep(replaced(desk.study_text, "[0.5e-3]", "[0.25e-3, 0.5e-3]"), "--threads 1").status == 0);
+  const auto expected = desk.runs();
   REQUIRE(expected.size() == 8);
   for (const int processes : {2, 4}) shared_by(processes, desk, expected);
   // One of two is killed: the other makes its claimed runs.
-  const auto place = desk.folder.path() / "killed";
+  const auto place = desk.at("killed");
   const killed::Words words{"sweep", desk.study.string(), "-o", place.string(), "--threads", "1"};
   std::thread one([&] { killed::kill_after(words, 0.3); });
   const auto other = killed::let_end(words);
@@ -171,11 +142,10 @@ TEST_CASE("sweeps that share a study make each run once, with the results of a s
 TEST_CASE("eight sweeps share a study of 64 runs", "[.campaign]") {
   if (!std::getenv("FREEPLAY_KILLS")) return;
   Desk desk;
-  desk.study_text =
+  const auto text =
       replaced(replaced(desk.study_text, "[0.5e-3]", "[0.25e-3, 0.5e-3]"), "starts = 2", "starts = 16");
-  write_file(desk.study, desk.study_text);
-  REQUIRE(test::freeplay(desk.command() + " --threads 1").status == 0);
-  const auto expected = runs_in(desk.out / "sweep.db");
+  REQUIRE(desk.sweep(text, "--threads 1").status == 0);
+  const auto expected = desk.runs();
   REQUIRE(expected.size() == 64);
   for (const int processes : {2, 4, 8}) shared_by(processes, desk, expected);
 }
@@ -210,13 +180,14 @@ TEST_CASE("one writer in a folder: refusals name the process that holds it", "[f
   Desk desk;
   make_folder(desk.out);
   const auto scene = test::flores().string() + " --set run.revolutions=0.02 --set run.discard=0";
+  const std::string study = desk.study;
   const std::vector<std::string> commands{"run " + scene + " --formulation nonsmooth",
                                           "compare " + scene,
                                           "drift " + scene,
                                           "laws " + test::flores().string(),
-                                          "sweep " + desk.study.string(),
-                                          "validate " + desk.study.string(),
-                                          "tradeoff " + desk.study.string(),
+                                          "sweep " + study,
+                                          "validate " + study,
+                                          "tradeoff " + study,
                                           "validate " + test::flores().string() + " --data none.csv",
                                           "extremes"};
   {
@@ -289,6 +260,26 @@ TEST_CASE("a database held by another program is waited for until a stop request
   stop.join();
   CHECK(waited > std::chrono::milliseconds(150));
   CHECK(waited < std::chrono::seconds(20));
+}
+
+TEST_CASE("a database with keys of another kind is neither used nor lost", "[study][folders]") {
+  const Desk desk;
+  REQUIRE(desk.run("sweep").status == 0);
+  CHECK(desk.ask("PRAGMA user_version")[0][0] == "3");
+  for (const auto& [version, who] :
+       {std::pair(0, "an earlier version"), {1, "an earlier version"}, {4, "a later version"}}) {
+    desk.ask(fmt::format("PRAGMA user_version = {}", version));
+    const auto o = desk.run("sweep");
+    CAPTURE(o.out, o.err);
+    CHECK(o.status == 1);
+    CHECK_THAT(o.err, Contains((desk.out / "sweep.db").string()) && Contains(who) &&
+                          Contains("cannot be used") && Contains("give another folder with -o"));
+    CHECK(std::ranges::count(o.err, '\n') == 1);
+    CHECK(o.out.empty());
+    CHECK(desk.ask("SELECT count(*) FROM runs")[0][0] == "4");
+  }
+  desk.ask("PRAGMA user_version = 3");
+  CHECK_THAT(desk.run("sweep").out, Contains("4 from the store, 0 new"));
 }
 
 TEST_CASE("a planted lock file is not followed", "[folders]") {
