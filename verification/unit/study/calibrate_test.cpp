@@ -1,12 +1,12 @@
 // Parts of the calibration, each against a closed form: correlated targets, open intervals,
-// identifiability, measured files. By the command: a rejected fit has no interval.
+// identifiability, measured files; and a fit by runs.
 #include <boost/math/distributions/students_t.hpp>
-#include <tuple>
 
 #include "measure/alignment.hpp"
 #include "study/calibration/calibrate.hpp"
 #include "study/runs/case_run.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -23,14 +23,7 @@ ResponseSurface exact(int unknowns, const std::function<double(const Eigen::Vect
 
 const std::vector<Unknown> one{{"a", "a", "", -1, 1, false}};
 
-std::string head(const std::string& scene) {
-  return fmt::format(
-      "scene = \"{}\"\njoint = \"gudgeon\"\naccelerometer = \"accelerometer\"\nrevolutions = 1\n"
-      "discard = 0.5\n"
-      "starts = 2\n",
-      scene);
-}
-std::string guide() { return (test::source_folder() / "cases/flores2011-experiment/guide.toml").string(); }
+const std::string clearance = test::unknown("c", "joints.gudgeon.clearance", 0.2e-3, 1e-3);
 
 }  // namespace
 
@@ -170,7 +163,7 @@ TEST_CASE("contradicting targets are rejected", "[calibrate]") {
 TEST_CASE("a long measured file is divided into segments of the length of a run", "[calibrate][study]") {
   // The peak of revolution k is 100 + k: of 12 revolutions in segments of 5 the greatest are 104
   // and 109, the expectation of runs of 5; the greatest of all, 111, is not.
-  test::TemporaryFolder folder;
+  const test::StudyDesk desk;
   std::string csv = "t,acceleration,uncertainty\n";
   const double turn = 60.0 / 200;
   for (int i = 0; i < 12 * 600; ++i) {
@@ -178,15 +171,13 @@ TEST_CASE("a long measured file is divided into segments of the length of a run"
     csv += fmt::format("{},{},0.25\n", i * turn / 600,
                        i % 600 == 77 ? 100 + number : 20 * std::cos(2 * std::numbers::pi * i / 600));
   }
-  write_file(folder.path() / "data.csv", csv);
+  desk.put("data.csv", csv);
   const auto study = [&](int revolutions) {
-    write_file(
-        folder.path() / "study.toml",
-        head(guide()) + fmt::format("[calibrate]\npoints = 5\nrevolutions = {}\n[calibrate.unknowns.c]\n"
-                                    "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n"
-                                    "[calibrate.targets.t]\nstatistic = \"peak_max\"\ndata = \"data.csv\"\n",
-                                    revolutions));
-    return plan_calibration(read_study(folder.path() / "study.toml"), {});
+    return plan_calibration(
+        desk.read(test::rig_study() +
+                  fmt::format("[calibrate]\npoints = 5\nrevolutions = {}\n", revolutions) + clearance +
+                  test::target("t", "peak_max", "data = \"data.csv\"\n")),
+        {});
   };
   const auto five = study(5);
   CHECK(five.measured[0] == Approx(106.5));
@@ -204,18 +195,15 @@ TEST_CASE("a long measured file is divided into segments of the length of a run"
 
 TEST_CASE("a waveform is the difference of the mean revolutions of a run and of its file",
           "[calibrate][waveform][study]") {
-  test::TemporaryFolder folder;
+  const test::StudyDesk desk;
   std::string csv = "crank_angle,acceleration,uncertainty\n";
   for (int i = 0; i < 4 * 600; ++i)
     csv += fmt::format("{},{},0.25\n", 0.6 * i,
                        20 * std::cos(2 * std::numbers::pi * i / 600) + (i / 600 % 2 == 0 ? 0.5 : -0.5));
-  write_file(folder.path() / "data.csv", csv);
-  const auto study = [&](const std::string& target, const std::string& more = "") {
-    write_file(folder.path() / "study.toml",
-               head(guide()) + more + "[calibrate]\npoints = 5\nrevolutions = 2\n[calibrate.unknowns.c]\n" +
-                   "key = \"joints.gudgeon.clearance\"\nlow = 0.2e-3\nhigh = 1e-3\n" +
-                   "[calibrate.targets.t]\nstatistic = \"waveform\"\n" + target);
-    return read_study(folder.path() / "study.toml");
+  desk.put("data.csv", csv);
+  const auto study = [&](const std::string& keys, const std::string& more = "") {
+    return desk.read(test::rig_study() + more + "[calibrate]\npoints = 5\nrevolutions = 2\n" + clearance +
+                     test::target("t", "waveform", keys));
   };
   const auto given = study("data = \"data.csv\"\ntolerance = 0.02\n");
   REQUIRE(given.measures.size() == 1);
@@ -240,7 +228,7 @@ TEST_CASE("a waveform is the difference of the mean revolutions of a run and of 
 
 TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibrate][study]") {
   Study study;
-  study.file = study.scene = guide();
+  study.file = study.scene = test::source_folder() / "cases/flores2011-experiment/guide.toml";
   study.accelerometer = "accelerometer";
   study.joints = {"gudgeon"};
   study.length.discard = 1;
@@ -260,120 +248,45 @@ TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibr
   CHECK(identity(study, one, {}).digest() != other);
 }
 
-TEST_CASE("a fit that is rejected has no intervals; a measure of the study can be a target",
-          "[calibrate][program]") {
-  test::TemporaryFolder folder;
-  const auto place = folder.path().string();
-  const auto calibrated = [&](const std::string& target) {
-    write_file(folder.path() / "study.toml", head(guide()) + R"([measure.first]
-column = "t"
-reduce = "first"
-at = "main.angle crosses 30 deg upwards"
-[measure.peak]
-column = "accelerometer"
-reduce = "peak"
-[calibrate]
-points = 6
-starts = 2
-revolutions = 1
-refinements = 1
-[calibrate.unknowns.c]
-key = "joints.gudgeon.clearance"
-low = 0.2e-3
-high = 1e-3
-)" + target);
-    return test::freeplay("calibrate " + place + "/study.toml --allow-outside -o " + place + "/out");
-  };
-  const auto off =
-      calibrated("[calibrate.targets.t]\nstatistic = \"rms\"\nvalue = 1000.0\ntolerance = 0.01\n");
-  CAPTURE(off.out, off.err);
-  CHECK(off.status == 1);
-  CHECK_THAT(off.out, Contains("no interval: the fit is rejected"));
-  const auto json = test::read_json(folder.path() / "out/calibration.json");
-  CHECK(json["fitted_to_all"]["unknowns"]["c"]["low"].is_null());
-  CHECK(json["fitted_to_all"]["holds"] == false);
-  CHECK(json["identifiability"]["unknowns"]["c"].contains("range_left_open"));
-  const auto measure =
-      calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\nvalue = 40.0\ntolerance = 0.5\n");
-  CAPTURE(measure.out, measure.err);
-  CHECK(measure.status <= 1);
-  CHECK_THAT(measure.out, Contains("Identifiability"));
-  CHECK_THAT(calibrated("[calibrate.targets.t]\nstatistic = \"peak\"\ndata = \"x.csv\"\n").err,
-             Contains("a measure of a run, which a file of a signal cannot provide"));
-}
-
 TEST_CASE("statistics that vary faster than the points of the design do not exclude the true value",
-          "[calibrate][program]") {
+          "[calibrate]") {
   // A slider-crank whose statistics wave over the clearance with a period of a tenth of its range:
   // 16 points do not resolve that. The targets are those of runs with 0.25 mm, with 1 %, 0.2 % and
   // 1 %. A surface that is believed between its points rejected the true value.
-  test::TemporaryFolder folder;
-  const auto place = folder.path().string();
-  write_file(folder.path() / "scene.toml",
-             "gravity = [0, 0]\n" +
-                 test::body("crank", 0.5, 5e-4,
-                            "points = { shaft = [0, 0], pin = [0.05, 0], mass_centre = [0.01, 0] }\n") +
-                 test::body("rod", 0.3, 1e-3,
-                            "points = { crank = [0, 0], gudgeon = [0.2, 0], mass_centre = [0.08, 0] }\n") +
-                 test::body("slider", 0.4, 2e-4) + R"([joints.shaft]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0, 0], "shaft"]
-[joints.crankpin]
-type = "revolute"
-between = ["crank", "rod"]
-at = ["pin", "crank"]
-[joints.gudgeon]
-type = "revolute"
-between = ["rod", "slider"]
-at = ["gudgeon", [0, 0]]
-clearance = 0.25e-3
-bearing_radius = 0.01
-surface = "steel"
-)" + test::guide("guide", "ground", "slider") +
-                 test::surface("steel", 0.5, "young = 207e9\npoisson = 0.3\nfriction = 0.12\n") +
-                 test::drive("motor", "shaft", "speed_rpm = 200\n") + R"([run]
-revolutions = 2
-start = "ideal"
-[instruments.acc]
-type = "accelerometer"
-body = "slider"
-axis = [1, 0]
-bandwidth = 2000
-sampling = 10000
-[nonsmooth]
-scheme = "automatic"
-)");
+  const test::StudyDesk desk;
+  desk.put("scene.toml",
+           "gravity = [0, 0]\n" +
+               test::body("crank", 0.5, 5e-4,
+                          "points = { shaft = [0, 0], pin = [0.05, 0], mass_centre = [0.01, 0] }\n") +
+               test::body("rod", 0.3, 1e-3,
+                          "points = { crank = [0, 0], gudgeon = [0.2, 0], mass_centre = [0.08, 0] }\n") +
+               test::body("slider", 0.4, 2e-4) + test::pin("shaft", "ground", "crank", {0, 0}, {-0.01, 0}) +
+               test::pin("crankpin", "crank", "rod", {0.04, 0}, {-0.08, 0}) +
+               test::pin("gudgeon", "rod", "slider", {0.12, 0}, {0, 0}, test::loose(0.25e-3, 0.01)) +
+               test::guide("guide", "ground", "slider") +
+               test::surface("s", 0.5, 0.12, "young = 207e9\npoisson = 0.3\n") +
+               test::drive("motor", "shaft", "speed_rpm = 200\n") +
+               "[run]\nrevolutions = 2\nstart = \"ideal\"\n[instruments.acc]\ntype = \"accelerometer\"\n"
+               "body = \"slider\"\naxis = [1, 0]\nbandwidth = 2000\nsampling = 10000\n");
   const std::string head =
       "scene = \"scene.toml\"\njoint = \"gudgeon\"\naccelerometer = \"acc\"\n"
       "revolutions = 3\ndiscard = 1\nstarts = 2\n";
-  write_file(folder.path() / "truth.toml", head);
-  Study truth = read_study(folder.path() / "truth.toml");
+  const auto truth = desk.read(head);
   const auto made = run_case(truth, Case{"", "nonsmooth", {}, 0, 3, truth.scene, {}}, {}).metrics.value;
-  auto text = head + R"([calibrate]
-points = 16
-starts = 2
-revolutions = 3
-leave_out = false
-[calibrate.unknowns.clearance]
-key = "joints.gudgeon.clearance"
-low = 0.15e-3
-high = 0.4e-3
-scale = "log"
-)";
-  for (const auto& [name, value, tolerance] :
-       {std::tuple("peak_median", made[TurnMetrics::peak_median], 0.01),
-        std::tuple("rms", made[TurnMetrics::rms], 0.002),
-        std::tuple("line_greatest", made[TurnMetrics::line_greatest], 0.01)})
-    text += fmt::format("[calibrate.targets.{0}]\nstatistic = \"{0}\"\nvalue = {1}\ntolerance = {2}\n", name,
-                        value, tolerance);
-  write_file(folder.path() / "study.toml", text);
-  test::succeeded("calibrate " + place + "/study.toml --threads 1 -o " + place + "/out");
-  const auto fit = test::read_json(folder.path() / "out/calibration.json")["fitted_to_all"];
-  REQUIRE(fit["settled"] == true);
-  const auto& clearance = fit["unknowns"]["clearance"];
-  CHECK(clearance["low"].get<double>() < 0.25e-3);
-  CHECK(clearance["high"].get<double>() > 0.25e-3);
+  const auto close = [](const std::string& name, double value, double tolerance) {
+    return test::target(name, name, fmt::format("value = {}\ntolerance = {}\n", value, tolerance));
+  };
+  const auto study =
+      desk.read(head + "[calibrate]\npoints = 16\nstarts = 2\nrevolutions = 3\nleave_out = false\n" +
+                test::unknown("clearance", "joints.gudgeon.clearance", 0.15e-3, 0.4e-3, "scale = \"log\"\n") +
+                close("peak_median", made[TurnMetrics::peak_median], 0.01) +
+                close("rms", made[TurnMetrics::rms], 0.002) +
+                close("line_greatest", made[TurnMetrics::line_greatest], 0.01));
+  const auto fit =
+      calibrate(plan_calibration(study, {}), Conduct{}, FolderLock(desk.folder.path(), "test"), 0, {}).all;
+  REQUIRE(fit.settled);
+  CHECK(fit.unknowns[0].low < 0.25e-3);
+  CHECK(fit.unknowns[0].high > 0.25e-3);
   // A fifth of the range: the runs do resolve the wave.
-  CHECK(clearance["high"].get<double>() - clearance["low"].get<double>() < 0.05e-3);
+  CHECK(fit.unknowns[0].high - fit.unknowns[0].low < 0.05e-3);
 }
