@@ -1,19 +1,12 @@
 // Divided studies: any number of shards, in any order, with interruptions, gives the result of one
 // process; and refusals.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <fstream>
-#include <nlohmann/json.hpp>
-
-#include "mechanism/error.hpp"
 #include "study/partition/divided.hpp"
 #include "study/partition/division.hpp"
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/support/ball_study.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -84,24 +77,21 @@ TEST_CASE("a stopped shard resumes from its copy on the shared folder", "[shards
   const auto expected = made_by_one(place);
   make_plan(place.division(), place.at("out"), 2);
   std::atomic<bool> stop{false};
-  auto division = place.division();
-  const auto made =
-      make_shard(division, place.at("out"),
-                 {.shard = 1,
-                  .scratch = place.at("scratch"),
-                  .threads = 1,
-                  .stop = StopToken(stop),
-                  .on_progress = [&](std::size_t done, std::size_t) { stop = stop || done >= 3; }});
-  REQUIRE(made.interrupted);
+  std::size_t first = 0;
+  const auto division = place.division();
+  const auto make = [&](const auto& on_progress) {
+    return make_shard(division, place.at("out"),
+                      {.shard = 1,
+                       .scratch = place.at("scratch"),
+                       .threads = 1,
+                       .stop = StopToken(stop),
+                       .on_progress = on_progress});
+  };
+  REQUIRE(make([&](std::size_t done, std::size_t) { stop = stop || done >= 3; }).interrupted);
   CHECK(state_of(place.at("out"), 1).state == "stopped");
   CHECK(std::filesystem::exists(place.at("out") / "shards/1.part.db"));
-  std::size_t first = 0;
-  make_shard(division, place.at("out"),
-             {.shard = 1,
-              .scratch = place.at("scratch"),
-              .threads = 1,
-              .stop = {},
-              .on_progress = [&](std::size_t done, std::size_t) { first = first == 0 ? done : first; }});
+  stop = false;
+  make([&](std::size_t done, std::size_t) { first = first == 0 ? done : first; });
   CHECK(first > 3);  // existing runs are counted, and not repeated
   CHECK_FALSE(std::filesystem::exists(place.at("out") / "shards/1.part.db"));
   place.make("out", 2);
@@ -114,12 +104,8 @@ TEST_CASE("missing and damaged shards are refused with the command that makes th
   make_plan(place.division(), place.at("out"), 4);
   for (std::size_t k : {1, 2, 4}) place.make("out", k);
   const auto refusal = [&] {
-    try {
-      merge_shards(place.division(), place.at("out"), place.at("scratch"));
-    } catch (const SceneError& e) {
-      return std::string(e.what());
-    }
-    return std::string("merged");
+    return test::refusal_of<SceneError>(
+        [&] { merge_shards(place.division(), place.at("out"), place.at("scratch")); });
   };
   CHECK_THAT(refusal(), Contains("1 of 4 shards") && Contains("--shard 3/4 -o ") && Contains("missing"));
   CHECK_FALSE(std::filesystem::exists(place.at("out") / "sweep.db"));
@@ -136,7 +122,7 @@ TEST_CASE("missing and damaged shards are refused with the command that makes th
   }
   CHECK_THAT(refusal(), Contains("--shard 4/4") && Contains("damaged"));
   place.make("out", 4);
-  CHECK(refusal() == "merged");
+  CHECK(refusal() == "accepted");
 }
 
 TEST_CASE("a study that changed after planning is refused", "[shards][errors]") {
@@ -166,8 +152,7 @@ TEST_CASE("files beside shards with values of a wrong type are refused in the pr
   make_plan(place.division(), place.at("out"), 2);
   place.make("out", 1);
   const auto shards = place.at("out") / "shards";
-  const auto parsed = [&](const char* name) { return nlohmann::json::parse(test::file_text(shards / name)); };
-  const auto manifest = parsed("manifest.json"), seal = parsed("1.json");
+  const auto manifest = test::read_json(shards / "manifest.json"), seal = test::read_json(shards / "1.json");
   const auto missing = [](nlohmann::json j, const char* key) {
     j.erase(key);
     return j;
@@ -225,44 +210,26 @@ TEST_CASE("the five commands of docs/how-to/cluster.md work as described", "[sha
   CHECK(dump(place.at("out/study/sweep.db")) == made_by_one(place));
 }
 
-TEST_CASE(
-    "chains of a basin and starts of an ensemble are divided like runs, and none is repeated after the merge",
-    "[shards]") {
+TEST_CASE("starts of an ensemble are divided like runs, and none is repeated after the merge", "[shards]") {
   const test::TemporaryFolder folder;
-  std::filesystem::copy(test::source_folder() / "cases/bistable-rotor", folder.path(),
-                        std::filesystem::copy_options::recursive);
-  const auto study = folder.path() / "study.toml";
-  auto of = test::file_text(study);
-  for (const auto& [from, to] : {std::pair("0.95, 39]", "0.95, 4]"), std::pair("6, 40]", "6, 3]")}) {
-    REQUIRE(of.find(from) != of.npos);
-    of.replace(of.find(from), std::string(from).size(), to);
-  }
-  write_file(study, of);
-  const std::vector<std::string> basin{"basin", study.string()},
-      ensemble{
-          "ensemble", test::flores().string(), "--starts", "3", "--rows", "3", "--set", "run.revolutions=0.1",
-          "--set",    "run.discard=0.02"};
-  for (const auto& words : {basin, ensemble}) {
-    const auto out = (folder.path() / words[0]).string();
-    const auto run = [&](const std::vector<std::string>& more) {
-      auto all = words;
-      all.insert(all.end(), more.begin(), more.end());
-      const auto o = test::BallStudy::run(all);
-      UNSCOPED_INFO(words[0] << ": " << o.out << o.err);
-      return o;
-    };
-    REQUIRE(run({"--plan", "2", "-o", out}).status == 0);
-    REQUIRE(run({"--shard", "2/2", "-o", out}).status == 0);
-    CHECK(run({"--merge", out}).status == 2);
-    REQUIRE(run({"--shard", "1/2", "-o", out}).status == 0);
-    REQUIRE(run({"--merge", out}).status == 0);
-    if (words == basin) CHECK_THAT(run({"-o", out}).out, Contains("from the store, 0 new"));
-  }
-  // The time of starts is that of the made ones.
-  auto again = ensemble;
-  again.insert(again.end(), {"-o", (folder.path() / "ensemble").string()});
-  REQUIRE(test::BallStudy::run(again).status == 0);
-  const auto outcome = nlohmann::json::parse(test::file_text(folder.path() / "ensemble/ensemble.json"));
+  const auto out = folder.path() / "out";
+  const auto run = [&](const std::string& options) {
+    return test::freeplay(
+        fmt::format("ensemble {} --starts 3 --rows 3 --set run.revolutions=0.1 --set run.discard=0.02 {} {}",
+                    test::flores().string(), options, out.string()));
+  };
+  REQUIRE(run("--plan 2 -o").status == 0);
+  REQUIRE(run("--shard 2/2 -o").status == 0);
+  CHECK(run("--merge").status == 2);
+  REQUIRE(run("--shard 1/2 -o").status == 0);
+  REQUIRE(run("--merge").status == 0);
+  const auto again = run("-o");
+  REQUIRE(again.status == 0);
+  CHECK_THAT(again.out, Contains("3 starts, 3 finished"));
+  for (const char* name : {"statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})
+    CHECK(std::filesystem::exists(out / name));
+  const auto outcome = test::read_json(out / "ensemble.json");
   CHECK(outcome["ensemble"]["finished"] == 3);
-  CHECK(outcome["ensemble"]["cpu_seconds"] == 0);
+  CHECK(outcome["ensemble"]["cpu_seconds"] == 0);  // the time of starts is that of the made ones
+  CHECK(test::freeplay("ensemble " + test::flores().string() + " --starts 1").status == 2);
 }

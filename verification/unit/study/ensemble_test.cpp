@@ -8,6 +8,7 @@
 #include "study/partition/merge.hpp"
 #include "study/partition/shard.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -46,8 +47,7 @@ TEST_CASE("each start of an ensemble equals its single run, for any number of th
   CHECK(all.steps == alone.steps);
   for (std::size_t k = 0; k < 5; ++k)
     for (std::size_t i = 0; i < all.statistics.size(); ++i)
-      CHECK((all.runs[k][i] == alone.runs[k][i] ||
-             (std::isnan(all.runs[k][i]) && std::isnan(alone.runs[k][i]))));
+      CHECK(test::same_number(all.runs[k][i], alone.runs[k][i]));
   CHECK(all.t.front() == scene->run.discard);
   CHECK(all.t.back() == Approx(scene->run.duration));
   // The final position of the slider, from single runs of the same starts: bit-identical extremes.
@@ -78,7 +78,7 @@ TEST_CASE("a larger ensemble contains the starts of a smaller one", "[study][ens
   CHECK(two.columns == std::vector<std::string>{"gudgeon.gap"});
   for (std::size_t k = 0; k < 2; ++k)
     for (std::size_t i = 0; i < two.statistics.size(); ++i)
-      CHECK((two.runs[k][i] == three.runs[k][i] || std::isnan(two.runs[k][i])));
+      CHECK(test::same_number(two.runs[k][i], three.runs[k][i]));
 }
 
 TEST_CASE("invalid ensembles are refused in one line", "[study][ensemble]") {
@@ -89,19 +89,6 @@ TEST_CASE("invalid ensembles are refused in one line", "[study][ensemble]") {
   CHECK_THAT(says({.starts = 1'000'000, .rows = 10'000}), Contains("--rows 10000") && Contains("fewer rows"));
   const auto still = open_scene(test::source_folder() / "cases/pendulum/scene.toml");
   CHECK_THROWS_WITH(run_ensemble(*still, {.starts = 2}, {}), Contains("all starts are identical"));
-}
-
-TEST_CASE("the command ensemble writes statistics, bands and their figure", "[study][ensemble][program]") {
-  test::TemporaryFolder folder;
-  const auto out = folder.path() / "out";
-  const auto o = test::succeeded(
-      "ensemble " + test::flores().string() +
-      " --starts 4 --rows 20 --set run.revolutions=0.2 --set run.discard=0.05 -o " + out.string());
-  CHECK_THAT(o.out, Contains("4 starts, 4 finished"));
-  for (const char* name :
-       {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble.pdf"})
-    CHECK(std::filesystem::exists(out / name));
-  CHECK(test::freeplay("ensemble " + test::flores().string() + " --starts 1").status == 2);
 }
 
 TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any number and order",
@@ -125,13 +112,12 @@ TEST_CASE("an ensemble computed in shards equals the whole ensemble, for any num
   CHECK(merged.cpu_seconds == 0);  // all starts are in the store
   CHECK(merged.steps == whole.steps);
   REQUIRE(merged.statistics == whole.statistics);
-  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
   for (std::size_t k = 0; k < 7; ++k)
     for (std::size_t i = 0; i < whole.statistics.size(); ++i)
-      CHECK(same(merged.runs[k][i], whole.runs[k][i]));
+      CHECK(test::same_number(merged.runs[k][i], whole.runs[k][i]));
   for (std::size_t i = 0; i < whole.bands.size(); ++i)
     for (std::size_t q = 0; q < band_levels.size(); ++q)
-      CHECK(same(merged.bands[i].quantile[q], whole.bands[i].quantile[q]));
+      CHECK(test::same_number(merged.bands[i].quantile[q], whole.bands[i].quantile[q]));
   // A start belongs to larger ensembles too, and to none of another scene or seed.
   auto larger = plan;
   larger.starts = 9;
