@@ -5,7 +5,9 @@
 #include <cctype>
 #include <regex>
 
+#include "facade/run_folder.hpp"
 #include "io/files/child.hpp"
+#include "io/scene/read_scene.hpp"
 #include "plots/drawing/figure.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/support/rig.hpp"
@@ -150,6 +152,93 @@ void write_facts(const std::filesystem::path& folder) {
   write_file(folder / "figures/style.toml", "width = 84\nformat = [\"pdf\", \"svg\"]\n");
 }
 
+/// Width (mm) and size of letters (pt) of a journal's figures.
+struct Paper {
+  int width, size;
+};
+/// The narrowest column with the largest letters has the least room.
+constexpr Paper narrowest{84, 9};
+constexpr Paper others[] = {{84, 7}, {174, 7}, {174, 9}};
+
+/// A result folder with the commands that draw its figures.
+struct Drawn {
+  std::filesystem::path folder;
+  std::vector<std::string> commands;
+
+  void check(const std::filesystem::path& place, const Paper& paper) const {
+    CAPTURE(paper.width, paper.size);
+    write_file(place / "style.toml", fmt::format("width = {}\nfont_size = {}\nformat = [\"pdf\", \"svg\"]\n",
+                                                 paper.width, paper.size));
+    std::filesystem::remove_all(folder / "figures");
+    for (const auto& command : commands)
+      test::succeeded(fmt::format("{} --style {}", command, (place / "style.toml").string()));
+    check_figures(folder / "figures", paper.width, place / "large.pdf");
+  }
+};
+
+Drawn run_in(const std::filesystem::path& folder) {
+  const std::vector<std::string> set{"run.revolutions=1.1", "run.discard=0", "run.forces=true"};
+  run_scene(*open_scene(test::flores(), set), {.formulation = "nonsmooth", .folder = folder});
+  const auto plot = "plot " + folder.string();
+  return {folder,
+          {"figures " + folder.string(), plot + " --y gudgeon.gap",
+           plot + " --y crank.omega --y main.fx,main.fy,gudgeon.fn",  // a constant signal
+           plot + " --x gudgeon.ex --y gudgeon.ey",
+           plot + " --y 'hypot(gudgeon.fx, gudgeon.fy)' --over crank_angle --fold"}};
+}
+
+/// A comparison, and a run beside it.
+Drawn comparison_in(const std::filesystem::path& folder, const Drawn& single) {
+  test::succeeded(fmt::format("compare {} --forces --set run.revolutions=1.1 --set run.discard=0 -o {}",
+                              test::flores().string(), folder.string()));
+  return {folder,
+          {"figures " + folder.string(),
+           fmt::format("plot {} {} --y slider.x,rod.x,crank.x --y gudgeon.gap --y slider.vx", folder.string(),
+                       single.folder.string())}};
+}
+
+/// Results of a sweep, of a paper and of other studies.
+struct Studies {
+  test::BallStudy ball{
+      "values = [0.05, 0.1, 0.2, 0.4]\n[axes.mass]\nkey = \"bodies.ball.mass\"\n"
+      "values = [0.2, 0.3, 0.4]\nunit = \"kg\"",
+      "[measure.hardest]\ncolumn = \"table.fastest_approach_m_per_s\"\nreduce = \"last\"\n"
+      "[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n"};
+  std::vector<Drawn> all;
+
+  Studies() {
+    test::succeeded(fmt::format("sweep {} -o {}", ball.study.string(), ball.out.string()));
+    const auto& place = ball.folder.path();
+    test::put_paper_result(place / "paper", 1e3);
+    test::put_ensemble(place / "ensemble");
+    test::put_bifurcation(place / "bifurcation");
+    test::put_basin(place / "basin");
+    const auto swept = "plot " + ball.out.string();
+    all.push_back({ball.out,
+                   {swept + " --y hardest,highest --x e", swept + " --y hardest --x mass",
+                    swept + " --y hardest,highest --x e,mass"}});
+    all.push_back({place / "paper", {"figures " + (place / "paper").string()}});
+    for (const auto& [name, column] :
+         {std::pair("ensemble", "gudgeon.fastest_approach_m_per_s,gudgeon.impacts"),
+          {"bifurcation", "approach"},
+          {"basin", "axle.angle"}}) {
+      const auto folder = (place / name).string();
+      all.push_back({folder, {fmt::format("plot {} --y {}", folder, column), "figures " + folder}});
+    }
+  }
+  void check(const Paper& paper) const {
+    for (const auto& results : all) {
+      results.check(ball.folder.path(), paper);
+      // Keys and their symbols, which are no texts, stand above the panels that add_panels() measures.
+      for (const auto& entry : std::filesystem::directory_iterator(results.folder / "figures"))
+        if (entry.path().extension() == ".gp") {
+          CAPTURE(entry.path().filename().string());
+          CHECK_THAT(test::file_text(entry.path()), Contains("\nPANEL = "));
+        }
+    }
+  }
+};
+
 }  // namespace
 
 TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][texts]") {
@@ -188,86 +277,27 @@ TEST_CASE("texts that overlap, touch or leave the page are found", "[figures][te
              Contains("overlap") || Contains("absent"));
 }
 
-TEST_CASE("texts of figures stay apart and on the page at the widths and sizes of journals",
-          "[figures][texts]") {
+TEST_CASE("texts of figures of a run stay apart and on the page in a narrow column", "[figures][texts]") {
   test::TemporaryFolder folder;
-  const auto compared = folder.path() / "compared", single = folder.path() / "single";
-  const auto scene = test::flores().string();
-  REQUIRE(
-      test::freeplay(fmt::format("compare {} --forces --set run.revolutions=1.1 --set run.discard=0 -o {}",
-                                 scene, compared.string()))
-          .status == 0);
-  test::succeeded(
-      fmt::format("run {} --formulation nonsmooth --forces --no-figures --set "
-                  "run.revolutions=1.1 --set run.discard=0 -o {}",
-                  scene, single.string()));
-  for (const int width : {84, 174})
-    for (const int size : {7, 9}) {
-      CAPTURE(width, size);
-      const auto style = folder.path() / "style.toml";
-      write_file(style,
-                 fmt::format("width = {}\nfont_size = {}\nformat = [\"pdf\", \"svg\"]\n", width, size));
-      const auto draw = [&](const std::string& words) {
-        test::succeeded(fmt::format("{} --style {}", words, style.string()));
-      };
-      for (const auto& place : {compared, single}) {
-        std::filesystem::remove_all(place / "figures");
-        draw("figures " + place.string());
-      }
-      const auto one = "plot " + single.string(),
-                 both = fmt::format("plot {} {}", compared.string(), single.string());
-      draw(one + " --y gudgeon.gap");
-      draw(one + " --y crank.omega --y main.fx,main.fy,gudgeon.fn");  // a constant signal
-      draw(one + " --x gudgeon.ex --y gudgeon.ey");
-      draw(one + " --y 'hypot(gudgeon.fx, gudgeon.fy)' --over crank_angle --fold");
-      draw(both + " --y slider.x,rod.x,crank.x --y gudgeon.gap --y slider.vx");
-      check_figures(compared / "figures", width, folder.path() / "large.pdf");
-      check_figures(single / "figures", width, folder.path() / "large.pdf");
-    }
+  run_in(folder.path() / "single").check(folder.path(), narrowest);
 }
 
-TEST_CASE("texts of figures of papers and studies stay apart and on the page", "[figures][texts]") {
-  const test::BallStudy ball(
-      "values = [0.05, 0.1, 0.2, 0.4]\n[axes.mass]\nkey = \"bodies.ball.mass\"\n"
-      "values = [0.2, 0.3, 0.4]\nunit = \"kg\"",
-      "[measure.hardest]\ncolumn = \"table.fastest_approach_m_per_s\"\nreduce = \"last\"\n"
-      "[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n");
-  const auto& place = ball.folder.path();
-  test::succeeded(fmt::format("sweep {} -o {}", ball.study.string(), ball.out.string()));
-  const auto paper = place / "paper", ensemble = place / "ensemble", bifurcation = place / "bifurcation",
-             basin = place / "basin";
-  test::put_paper_result(paper, 1e3);
-  test::put_ensemble(ensemble);
-  test::put_bifurcation(bifurcation);
-  test::put_basin(basin);
-  for (const int width : {84, 174})
-    for (const int size : {7, 9}) {
-      CAPTURE(width, size);
-      const auto style = place / "style.toml";
-      write_file(style,
-                 fmt::format("width = {}\nfont_size = {}\nformat = [\"pdf\", \"svg\"]\n", width, size));
-      const auto draw = [&](const std::string& verb, const std::filesystem::path& folder,
-                            const std::string& rest = {}) {
-        test::succeeded(fmt::format("{} {} {} --style {}", verb, folder.string(), rest, style.string()));
-      };
-      std::filesystem::remove_all(ball.out / "figures");
-      draw("plot", ball.out, "--y hardest,highest --x e");
-      draw("plot", ball.out, "--y hardest --x mass");
-      draw("plot", ball.out, "--y hardest,highest --x e,mass");
-      draw("plot", ensemble, "--y gudgeon.fastest_approach_m_per_s,gudgeon.impacts");
-      draw("plot", bifurcation, "--y approach");
-      draw("plot", basin, "--y axle.angle");
-      for (const auto& folder : {paper, ensemble, bifurcation, basin}) draw("figures", folder);
-      for (const auto& folder : {ball.out, paper, ensemble, bifurcation, basin}) {
-        check_figures(folder / "figures", width, place / "large.pdf");
-        // Keys and their symbols, which are no texts, stand above the panels that add_panels() measures.
-        for (const auto& entry : std::filesystem::directory_iterator(folder / "figures"))
-          if (entry.path().extension() == ".gp") {
-            CAPTURE(entry.path().filename().string());
-            CHECK_THAT(test::file_text(entry.path()), Contains("\nPANEL = "));
-          }
-      }
-    }
+TEST_CASE("texts of figures of papers and studies stay apart and on the page in a narrow column",
+          "[figures][texts]") {
+  Studies().check(narrowest);
+}
+
+TEST_CASE("texts of figures stay apart and on the page at all widths and sizes of journals",
+          "[figures][texts][slow]") {
+  test::TemporaryFolder folder;
+  const auto single = run_in(folder.path() / "single"),
+             compared = comparison_in(folder.path() / "compared", single);
+  const Studies studies;
+  compared.check(folder.path(), narrowest);
+  for (const auto& paper : others) {
+    for (const auto* results : {&single, &compared}) results->check(folder.path(), paper);
+    studies.check(paper);
+  }
 }
 
 TEST_CASE("figures state their origin in their script and their PDF alone", "[figures][texts]") {
