@@ -5,6 +5,7 @@
 #include "plots/film/film.hpp"
 #include "plots/film/film_drawing.hpp"
 #include "plots/tables/table.hpp"
+#include "study/comparison/compare.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -13,12 +14,12 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A comparison of the rig over a quarter of a revolution, made by the command.
+/// A comparison of the rig over a quarter of a revolution, made once.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
-  static const auto outcome =
-      test::succeeded(fmt::format("compare {} --forces --set run.revolutions=0.25 --set run.discard=0 -o {}",
-                                  test::flores().string(), (folder.path() / "two").string()));
+  static const auto made =
+      compare(read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"}), {},
+              folder.path() / "two");
   static const auto place = folder.path() / "two";
   return place;
 }
@@ -143,12 +144,7 @@ TEST_CASE("texts of a run are escaped in a frame", "[animate][security]") {
   const auto svg = FilmDrawing(runs, {.title = "<image href=\"http://x/\"/>"}).frame(0.5, 0.1);
   CHECK_THAT(svg,
              !Contains("<script") && !Contains("<image") && !Contains("\x1b") && Contains("&lt;b&gt;&amp;"));
-  const auto count = [&](const std::string& tag) {
-    std::size_t n = 0;
-    for (auto at = svg.find(tag); at != svg.npos; at = svg.find(tag, at + 1)) ++n;
-    return n;
-  };
-  CHECK(count("<svg") == count("</svg>"));
+  CHECK(test::count(svg, "<svg") == test::count(svg, "</svg>"));
 }
 
 TEST_CASE("a run that cannot be animated is refused, and an older animation is kept", "[animate]") {
@@ -156,18 +152,19 @@ TEST_CASE("a run that cannot be animated is refused, and an older animation is k
   const FilmOptions options{.svg = true, .speed = 0.1};
   REQUIRE(film_of(comparison(), out.path(), options).frames > 0);
   const auto before = test::file_text(out.path() / "frame_000001.svg");
-  const auto refused = [&](const std::string& words, const std::string& why) {
+  const test::TemporaryFolder none;
+  const auto folder = comparison().string();
+  for (const auto& [words, why] :
+       {std::pair(std::string("nowhere"), "is not a folder"),
+        {none.path().string(), "contains no run"},
+        {folder + " --svg --from 1", "--from 1: is outside the run, from 0 to 0.075 s"},
+        {folder + " --svg --until 0.076", "--until 0.076: is outside the run, from 0 to 0.075 s"},
+        {folder + " --svg --from 0.05 --until 0.02", "must be later than --from"},
+        {folder + " --svg --speed 1e-6", "frames, more than 20000"},
+        {folder + " --svg --speed 0", "greater than 0"},
+        {folder + " --svg --fps 1000", "from 1 to 120"},
+        {folder + " --svg --width 100", "480"}}) {
     test::refused(fmt::format("animate {} -o {}", words, out.path().string()), Contains(why));
     CHECK(test::file_text(out.path() / "frame_000001.svg") == before);
-  };
-  const auto folder = comparison().string();
-  refused("nowhere", "is not a folder");
-  refused(folder + "/figures", "contains no run");
-  refused(folder + " --svg --from 1", "--from 1: is outside the run, from 0 to 0.075 s");
-  refused(folder + " --svg --until 0.076", "--until 0.076: is outside the run, from 0 to 0.075 s");
-  refused(folder + " --svg --from 0.05 --until 0.02", "must be later than --from");
-  refused(folder + " --svg --speed 1e-6", "frames, more than 20000");
-  refused(folder + " --svg --speed 0", "greater than 0");
-  refused(folder + " --svg --fps 1000", "from 1 to 120");
-  refused(folder + " --svg --width 100", "480");
+  }
 }

@@ -1,13 +1,12 @@
 // Figures, plots and report pages of periodic motions, branches and exponents, from known files and from the
 // program.
-#include <complex>
-
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/report/page.hpp"
 #include "plots/report/report.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
+#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -199,31 +198,17 @@ TEST_CASE("the run of a periodic motion returns to its section and can be repeat
   const auto place = folder.path().string();
   write_file(folder.path() / "scene.toml", verification::scenes::shaken_ball(ball, 1e-3L));
   test::succeeded("orbit " + place + "/scene.toml --settle 7 -o " + place + "/out");
-  std::istringstream in(test::file_text(folder.path() / "out/motion/trajectory.csv"));
-  std::string head, line, first, last;
-  std::getline(in, head);
-  std::getline(in, first);
-  while (std::getline(in, line)) last = line;
-  const auto numbers = [](const std::string& row) {
-    std::istringstream fields(row);
-    std::vector<double> list;
-    for (std::string field; std::getline(fields, field, ',');) list.push_back(std::stod(field));
-    return list;
-  };
-  const auto begin = numbers(first), end = numbers(last);
-  REQUIRE(begin.size() == end.size());
+  const test::Columns motion(folder.path() / "out/motion/trajectory.csv");
+  const auto &begin = motion.row(0), &end = motion.row(motion.rows() - 1);
   // The drive's period is a tenth of a second; the section is after seven of them.
   CHECK(begin[0] == Approx(0.7).epsilon(1e-14));
   CHECK(end[0] == Approx(0.8).epsilon(1e-14));
   // The residual is at most 1e-9 of error scales below 1 m and 1 m/s.
   for (std::size_t i = 1; i < begin.size(); ++i) CHECK(std::abs(end[i] - begin[i]) < 1e-9);
-  std::istringstream events(test::file_text(folder.path() / "out/motion/events.csv"));
-  std::getline(events, head);
-  REQUIRE(std::getline(events, line));
-  CHECK(std::abs(std::stod(line) - 0.7 - static_cast<double>(ball.impact_time())) < 1e-9);
-  CHECK_FALSE(std::getline(events, line));
-  const auto again =
-      test::succeeded("run --from " + place + "/out/motion/run.json --no-figures -o " + place + "/again");
+  const test::Columns events(folder.path() / "out/motion/events.csv");
+  REQUIRE(events.rows() == 1);
+  CHECK(std::abs(events.at(0, "t") - 0.7 - static_cast<double>(ball.impact_time())) < 1e-9);
+  test::succeeded("run --from " + place + "/out/motion/run.json --no-figures -o " + place + "/again");
   CHECK(test::file_text(folder.path() / "again/trajectory.csv") ==
         test::file_text(folder.path() / "out/motion/trajectory.csv"));
   test::succeeded("report " + place + "/out");

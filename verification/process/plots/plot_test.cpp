@@ -144,24 +144,21 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
   CHECK(data[4][0] == std::vector{1.0, 1.0});
   CHECK_FALSE(std::filesystem::exists(two / "figures"));
 
-  const auto refused = [&](const std::string& words, const char* what) {
-    const auto end = run(one.string() + " " + words);
-    CAPTURE(words, end.err);
-    CHECK(end.status == 2);
-    CHECK_THAT(end.err, Contains(what));
-    std::istringstream lines(end.err);
-    for (std::string line; std::getline(lines, line);)
-      CHECK(line.size() <= 80 + folder.path().string().size());
+  const auto refused = [&](const std::string& words, const std::string& what) {
+    const auto end = test::refused("plot " + one.string() + " " + words, Contains(what));
+    for (const auto& line : test::lines_of(end.err)) CHECK(line.size() <= 80 + folder.path().string().size());
   };
-  refused("--y b.z", "unknown column b.z; did you mean b.x?");
-  refused("--y b.z", "events.csv: v_n_minus v_n_plus");
-  refused("--x ta --y b.x", "unknown column ta; did you mean t?");
-  refused("--y b.x --from 3 --to 1", "--from 3 must be less than --to 1");
-  refused("--y b.x --from 100", "no row within that time");
-  refused("--y b.x --format jpg", "\"jpg\" is not a format");
-  refused("--y b.x -o ../mine", "must be a file name of");
-  refused("--y b.x --section b.x=9", "no row crosses the section");
-  refused("--y b.x --y b.y --y p.fx --y b.theta --y b.vx --y b.omega --y b.ax", "at most 6");
+  for (const auto& [words, what] :
+       {std::pair("--y b.z", "unknown column b.z; did you mean b.x?"),
+        {"--y b.z", "events.csv: v_n_minus v_n_plus"},
+        {"--x ta --y b.x", "unknown column ta; did you mean t?"},
+        {"--y b.x --from 3 --to 1", "--from 3 must be less than --to 1"},
+        {"--y b.x --from 100", "no row within that time"},
+        {"--y b.x --format jpg", "\"jpg\" is not a format"},
+        {"--y b.x -o ../mine", "must be a file name of"},
+        {"--y b.x --section b.x=9", "no row crosses the section"},
+        {"--y b.x --y b.y --y p.fx --y b.theta --y b.vx --y b.omega --y b.ax", "at most 6"}})
+    refused(words, what);
   CHECK(run(folder.path().string() + " --y b.x").status == 2);
 
   // A file with a header alone, as events.csv of a run without contacts, and an empty one.
@@ -169,7 +166,7 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
     const auto whole = test::file_text(one / file);
     write_file(one / file, whole.substr(0, whole.find('\n') + 1));
     refused(file == std::string("events.csv") ? "--y impulse_n" : "--y b.x",
-            (std::string(file) + ": has no rows").c_str());
+            file + std::string(": has no rows"));
   }
   write_file(one / "trajectory.csv", "");
   refused("--y b.x", "trajectory.csv: is empty");
@@ -242,10 +239,9 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
   const auto& place = folder.path();
   // A guide along (3, 4)/5 and eleven journals, identified from the scene.
   std::string scene =
-      "[bodies.b]\nmass = 1.0\ninertia = 1.0\n[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n"
-      "[joints.g]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\naxis = [0.6, 0.8]\n"
-      "clearance = 1e-3\n"
-      "slider_length = 0.1\nslider_height = 0.05\nsurface = \"s\"\n";
+      test::body("b", 1, 1) + test::surface("s", 0.5, "young = 2e11\npoisson = 0.3\n") +
+      test::guide("g", "ground", "b", {0.6, 0.8}, {}, {},
+                  "clearance = 1e-3\nslider_length = 0.1\nslider_height = 0.05\nsurface = \"s\"\n");
   std::string header = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega";
   for (const char* corner : {"rear_lower", "rear_upper", "front_lower", "front_upper"})
     header += fmt::format(",g.{0}.ex,g.{0}.ey,g.{0}.gap", corner);
@@ -253,7 +249,7 @@ TEST_CASE("figures of joint clearances show each journal within its circle, seve
     scene += test::pin(fmt::format("j{}", j), "ground", "b", {}, {}, test::loose(2e-4, 0.01));
     header += fmt::format(",j{0}.ex,j{0}.ey,j{0}.gap", j);
   }
-  scene += "[run]\nduration = 1.0\n";
+  scene += test::run_for(1);
   std::string rows = header + "\n";
   for (int i = 0; i <= 100; ++i) {
     const double t = 0.01 * i, s = 0.2 * t, rear = 0.5e-3 * t, front = -0.25e-3;

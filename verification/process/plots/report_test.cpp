@@ -18,13 +18,9 @@ namespace {
 /// A comparison of the rig over part of a revolution, made once.
 const std::filesystem::path& comparison() {
   static const test::TemporaryFolder folder;
-  static const bool made = [] {
-    const auto scene =
-        read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"});
-    compare(scene, {}, folder.path() / "two");
-    return true;
-  }();
-  REQUIRE(made);
+  static const auto made =
+      compare(read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"}), {},
+              folder.path() / "two");
   static const auto place = folder.path() / "two";
   return place;
 }
@@ -164,17 +160,16 @@ TEST_CASE("a folder without results is refused in one line, and nothing is writt
   make_folder(box.at("empty"));
   std::filesystem::copy(comparison() / "penalty", box.at("torn"), std::filesystem::copy_options::recursive);
   box.add("torn/trajectory.csv", "t,crank.x\n0,zero\n");
-  const auto refused = [&](const std::string& arguments, const std::string& why) {
-    const auto outcome = box.run("report " + arguments);
+  for (const auto& [arguments, why] : {std::pair("nowhere", "nowhere: is not a folder"),
+                                       {"empty", "contains no results to show"},
+                                       {"torn", "trajectory.csv"},
+                                       {"torn -o empty", "is a folder"}}) {
+    const auto outcome = box.run(fmt::format("report {}", arguments));
     CAPTURE(outcome.err);
     CHECK(outcome.status == 2);
     CHECK_THAT(outcome.err, Contains(why));
     CHECK(std::ranges::count(outcome.err, '\n') == 1);
-  };
-  refused("nowhere", "nowhere: is not a folder");
-  refused("empty", "contains no results to show");
-  refused("torn", "trajectory.csv");
-  refused("torn -o empty", "is a folder");
+  }
   CHECK(std::filesystem::is_empty(box.at("empty")));
   CHECK_FALSE(std::filesystem::exists(box.at("torn/report.html")));
 }

@@ -1,23 +1,15 @@
 // Figures of studies: curves and maps of a sweep with the values, intervals and units of a hand-made
 // database, histograms of an ensemble, columns of a bifurcation and a basin; and figures of a paper
 // by their numbers.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <regex>
-#include <sstream>
 
-#include "io/files/output_file.hpp"
-#include "mechanism/error.hpp"
 #include "plots/drawing/heat_map.hpp"
 #include "plots/figures/experiment.hpp"
 #include "plots/studies/study_plot.hpp"
 #include "verification/support/ball_study.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 #include "verification/support/study_results.hpp"
-#include "verification/support/support.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -26,20 +18,6 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-/// Rows of numbers of each block of a figure's data, nan as it is.
-std::vector<std::vector<std::vector<double>>> blocks_of(const std::filesystem::path& file) {
-  std::istringstream in(test::file_text(file));
-  std::vector<std::vector<std::vector<double>>> blocks;
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("#")) blocks.emplace_back();
-    if (line.empty() || line.starts_with("#")) continue;
-    std::istringstream words(line);
-    auto& row = blocks.back().emplace_back();
-    for (std::string word; words >> word;) row.push_back(std::stod(word));
-  }
-  return blocks;
-}
-
 /// A ball that falls from 0.5 m: after an impact at restitution e it rises to e² h.
 constexpr const char* measures =
     "formulations = [\"nonsmooth\"]\n[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n"
@@ -47,6 +25,32 @@ constexpr const char* measures =
     "[derived]\nshare = \"(highest - 0.05)/0.5\"\n[units]\nshare = \"of h\"\n";
 
 plots::AxisTitle plain(const std::string& text) { return plots::AxisTitle::plain(text, ""); }
+
+/// A map of the given panels over x and y, and the rows of its data.
+struct DrawnMap {
+  plots::HeatMap map{.x = plain("x"), .y = plain("y"), .grid = true, .heading = "x, y, value", .panels = {}};
+  std::string script;
+  test::TemporaryFolder folder;
+
+  plots::HeatPanel& panel(const std::string& quantity) {
+    return map.panels.emplace_back(plots::HeatPanel{"", quantity, plain(quantity), {}});
+  }
+  std::vector<std::vector<double>> rows() {
+    plots::Figure f{.name = "map", .source = "sweep.json"};
+    plots::add_heat_map(f, map, plots::Style{});
+    script = f.script.text();
+    write_file(folder.path() / "map.dat", f.blocks[0].text());
+    return test::data_blocks(folder.path() / "map.dat")[0];
+  }
+};
+
+/// The document of a study with the columns phase and approach.
+void put_document(const std::filesystem::path& folder, const std::string& kind, nlohmann::json axes) {
+  for (auto& axis : axes) axis = {{"name", axis}, {"key", "k"}, {"unit", "mm"}, {"scale", 1e3}};
+  axes["columns"] = {{{"name", "phase"}, {"unit", ""}}, {{"name", "approach"}, {"unit", "m/s"}}};
+  write_file(folder / (kind + ".json"),
+             nlohmann::json{{"provenance", test::study_origin()}, {kind, axes}}.dump());
+}
 
 /// Adds the starts 1 and 2 of each run to a sweep's database, and replaces a measure by
 /// e + start/10, so that its mean over the starts and the interval are known.
@@ -78,7 +82,7 @@ TEST_CASE("curves of a sweep have the mean, Student's interval and the units", "
   const auto drawn = plot("--y highest -o rise");
   CAPTURE(drawn.out, drawn.err);
   REQUIRE(drawn.status == 0);
-  const auto blocks = blocks_of(ball.out / "figures/rise.dat");
+  const auto blocks = test::data_blocks(ball.out / "figures/rise.dat");
   REQUIRE(blocks.size() == 1);
   REQUIRE(blocks[0].size() == 3);
   // Of x, x + 0.1, x + 0.2 the mean is x + 0.1 and s = 0.1; t of 2 degrees of freedom is 4.302653.
@@ -98,44 +102,29 @@ TEST_CASE("curves of a sweep have the mean, Student's interval and the units", "
   CHECK_THAT(script, Contains("set ylabel \"highest\".' '.\"(m)\""));
   CHECK_THAT(script, Contains("yerrorbars"));
 
-  SECTION("a count has no unit, and a derived quantity that of the study") {
-    REQUIRE(plot("--y share,touches -o two").status == 0);
-    const auto two = test::file_text(ball.out / "figures/two.gp");
-    CHECK_THAT(two, Contains("set ylabel \"share\".' '.\"(of h)\""));
-    CHECK_THAT(two, Contains("set ylabel \"touches\""));
-  }
-  SECTION("the table is headed by the study's title, else by its scene, not by its restitution") {
-    CHECK_THAT(made.out, !Contains("as given"));
-  }
-  SECTION("--unit is refused with the way to state units") {
-    const auto refused = plot("--y highest --unit mm");
-    CHECK(refused.status == 2);
-    CHECK_THAT(refused.err, Contains("--unit is for runs") && Contains("[units] speed_mm = \"mm/s\""));
-    CHECK_THAT(plot("--y highest --fold").err, Contains("--fold are for runs"));
-  }
-  SECTION("the database and the study's own figure name stand for the folder") {
-    const auto by_file = test::freeplay(fmt::format("plot {} --y highest", (ball.out / "sweep.db").string()));
-    CHECK(by_file.status == 0);
-    CHECK(std::filesystem::exists(ball.out / "figures/sweep_highest_e.pdf"));
-  }
-  SECTION("unknown measures and axes are answered with those that exist") {
-    const auto wrong = plot("--y higest");
-    CHECK(wrong.status == 2);
-    CHECK_THAT(wrong.err, Contains("unknown measure higest; did you mean highest?"));
-    CHECK_THAT(wrong.err, Contains("measures: highest touches") && Contains("derived: share"));
-    // Without a drive no run has a ratio to the ideal mechanism.
-    CHECK_THAT(wrong.err, !Contains("ratio_95"));
-    const auto axis = plot("--y highest --x speed");
-    CHECK(axis.status == 2);
-    CHECK_THAT(axis.err, Contains("unknown axis speed") && Contains("axes: e"));
-    CHECK_THAT(plot("--y highest --from 1").err, Contains("--from"));
-  }
-  SECTION("without sweep.json the message says how to make it") {
-    std::filesystem::remove(ball.out / "sweep.json");
-    const auto missing = plot("--y highest");
-    CHECK(missing.status == 2);
-    CHECK_THAT(missing.err, Contains("sweep.json") && Contains("freeplay sweep"));
-  }
+  // A count has no unit, and a derived quantity that of the study.
+  REQUIRE(plot("--y share,touches -o two").status == 0);
+  const auto two = test::file_text(ball.out / "figures/two.gp");
+  CHECK_THAT(two, Contains("set ylabel \"share\".' '.\"(of h)\"") && Contains("set ylabel \"touches\""));
+  // The table is headed by the study's title, else by its scene, not by its restitution.
+  CHECK_THAT(made.out, !Contains("as given"));
+  // The database stands for the folder, and the figure has a name of its own.
+  test::succeeded(fmt::format("plot {} --y highest", (ball.out / "sweep.db").string()));
+  CHECK(std::filesystem::exists(ball.out / "figures/sweep_highest_e.pdf"));
+
+  // Options of runs, and unknown measures and axes, are answered with what there is.
+  const auto says = [&](const std::string& rest, const auto& message) {
+    return test::refused(fmt::format("plot {} {}", ball.out.string(), rest), message);
+  };
+  says("--y highest --unit mm", Contains("--unit is for runs") && Contains("[units] speed_mm = \"mm/s\""));
+  says("--y highest --fold", Contains("--fold are for runs"));
+  says("--y highest --from 1", Contains("--from"));
+  says("--y higest", Contains("unknown measure higest; did you mean highest?") &&
+                         Contains("measures: highest touches") && Contains("derived: share") &&
+                         !Contains("ratio_95"));  // without a drive no run has a ratio to the ideal mechanism
+  says("--y highest --x speed", Contains("unknown axis speed") && Contains("axes: e"));
+  std::filesystem::remove(ball.out / "sweep.json");
+  says("--y highest", Contains("sweep.json") && Contains("freeplay sweep"));
 }
 
 TEST_CASE("units that name no measure are refused with their line", "[study]") {
@@ -147,58 +136,44 @@ TEST_CASE("units that name no measure are refused with their line", "[study]") {
 }
 
 TEST_CASE("a map over two axes has each cell once, with edges midway", "[figures][study]") {
-  const test::TemporaryFolder folder;
-  plots::HeatMap map{.x = plain("x"),
-                     .y = plain("y"),
-                     .grid = true,
-                     .heading = "x, y, value",
-                     .panels = {{"", "v", plain("v"), {}}}};
+  DrawnMap drawn;
+  auto& cells = drawn.panel("v").cells;
   for (const double x : {0.1, 0.25, 0.5, 1.0})
     for (const double y : {100.0, 200.0})
-      if (x < 1 || y < 200) map.panels[0].cells.push_back({x, y, x * y});
-  plots::Figure f{.name = "map", .source = "sweep.json"};
-  plots::add_heat_map(f, map, plots::Style{});
-  REQUIRE(f.blocks.size() == 1);
-  write_file(folder.path() / "map.dat", f.blocks[0].text());
-  const auto rows = blocks_of(folder.path() / "map.dat")[0];
+      if (x < 1 || y < 200) cells.push_back({x, y, x * y});
+  const auto rows = drawn.rows();
   REQUIRE(rows.size() == 7);
   CHECK(rows[2] == std::vector<double>{0.25, 100, 25, rows[2][3], rows[2][4], 50, 150});
   // 0.1 to 1 in ratios that differ less than the steps: the axis is logarithmic.
   CHECK_THAT(rows[2][3], WithinRel(std::sqrt(0.1 * 0.25), 1e-12));
   CHECK_THAT(rows[2][4], WithinRel(std::sqrt(0.25 * 0.5), 1e-12));
-  CHECK_THAT(f.script.text(), Contains("\nset logscale x") && !Contains("\nset logscale y"));
-  CHECK_THAT(f.script.text(), Contains("set cbrange [10:100]"));
+  CHECK_THAT(drawn.script, Contains("\nset logscale x") && !Contains("\nset logscale y") &&
+                               Contains("set cbrange [10:100]"));
   CHECK_FALSE(plots::is_logarithmic({1, 2, 3, 4}));
   CHECK_FALSE(plots::is_logarithmic({0, 1, 10, 100}));
   CHECK(plots::is_logarithmic({100, 10, 1}));
 }
 
 TEST_CASE("cells of unequal steps are equal, and one scale has one colour bar", "[figures][study]") {
-  const test::TemporaryFolder folder;
-  plots::HeatMap map{.x = plain("x"), .y = plain("y"), .grid = true, .heading = "x, y, value", .panels = {}};
+  DrawnMap drawn;
   for (const char* quantity : {"v", "v"}) {
-    auto& panel = map.panels.emplace_back(plots::HeatPanel{"", quantity, plain(quantity), {}});
+    auto& cells = drawn.panel(quantity).cells;
     for (const double x : {0.05, 0.1, 0.2, 0.4})
-      for (const double y : {1.0, 2.0, 3.0}) panel.cells.push_back({x, y, x * y});
+      for (const double y : {1.0, 2.0, 3.0}) cells.push_back({x, y, x * y});
   }
-  plots::Figure f{.name = "map", .source = "sweep.json"};
-  plots::add_heat_map(f, map, plots::Style{});
-  write_file(folder.path() / "map.dat", f.blocks[0].text());
-  const auto rows = blocks_of(folder.path() / "map.dat")[0];
+  const auto rows = drawn.rows();
   REQUIRE(rows.size() == 12);
   // 0.2 is the third of four values; the steps of y are equal.
   CHECK(rows[7] == std::vector<double>{0.2, 2, 0.2 * 2, 1.5, 2.5, 1.5, 2.5});
-  const auto& script = f.script.text();
-  CHECK_THAT(script, Contains("set xtics (\"0.05\" 0, \"0.1\" 1, \"0.2\" 2, \"0.4\" 3)") &&
-                         Contains("set xrange [-0.5:3.5]") && Contains("set yrange [0.5:3.5]"));
-  const auto without = script.find("unset colorbox"), with = script.find("\nset colorbox");
+  CHECK_THAT(drawn.script, Contains("set xtics (\"0.05\" 0, \"0.1\" 1, \"0.2\" 2, \"0.4\" 3)") &&
+                               Contains("set xrange [-0.5:3.5]") && Contains("set yrange [0.5:3.5]"));
+  const auto without = drawn.script.find("unset colorbox"), with = drawn.script.find("\nset colorbox");
   CHECK(without < with);
-  CHECK(with != script.npos);
+  CHECK(with != drawn.script.npos);
   // Scales of their own have bars of their own.
-  map.panels[1].quantity = plain("w");
-  plots::Figure two{.name = "map", .source = "sweep.json"};
-  plots::add_heat_map(two, map, plots::Style{});
-  CHECK_THAT(two.script.text(), !Contains("unset colorbox"));
+  drawn.map.panels[1].quantity = plain("w");
+  drawn.rows();
+  CHECK_THAT(drawn.script, !Contains("unset colorbox"));
 }
 
 TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "[figures][study]") {
@@ -211,7 +186,7 @@ TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "
   write_file(folder.path() / "starts.csv", starts);
   plots::StudyPlot plot{.folder = folder.path(), .y = {"pin.impacts"}, .x = {}, .name = "histogram"};
   plots::draw_study(plot);
-  const auto blocks = blocks_of(folder.path() / "figures/histogram.dat");
+  const auto blocks = test::data_blocks(folder.path() / "figures/histogram.dat");
   REQUIRE(blocks.size() == 2);
   // ⌈2·8^⅓⌉ = 4 classes of 7/4 over 0 … 7: two starts each
   REQUIRE(blocks[0].size() == 4);
@@ -221,7 +196,7 @@ TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "
   plot.y = {"pin.gap"};
   plot.name = "band";
   plots::draw_study(plot);
-  CHECK(blocks_of(folder.path() / "figures/band.dat")[0][1] == std::vector<double>{1, 1, 2, 3, 4, 5});
+  CHECK(test::data_blocks(folder.path() / "figures/band.dat")[0][1] == std::vector<double>{1, 1, 2, 3, 4, 5});
   plot.y = {"pin.gap", "energy"};
   CHECK_THROWS_WITH(plots::draw_study(plot), Contains("two figures"));
   plot.y = {"pin.impact"};
@@ -230,42 +205,32 @@ TEST_CASE("statistics of an ensemble are drawn as histograms over the starts", "
                                                  Contains("statistics: pin.impacts energy"));
 }
 
-TEST_CASE("any column of a bifurcation or a basin is drawn", "[figures][study]") {
+TEST_CASE("any column of a bifurcation is drawn", "[figures][study]") {
   const test::TemporaryFolder folder;
-  const nlohmann::json columns = {{{"name", "phase"}, {"unit", ""}}, {{"name", "approach"}, {"unit", "m/s"}}};
-  const auto axis = [](const char* name) {
-    return nlohmann::json{{"name", name}, {"key", "k"}, {"unit", "mm"}, {"scale", 1e3}};
-  };
-  SECTION("bifurcation") {
-    write_file(folder.path() / "bifurcation.json",
-               nlohmann::json{{"provenance", test::study_origin()},
-                              {"bifurcation", {{"columns", columns}, {"axis", axis("c")}}}}
-                   .dump());
-    write_file(folder.path() / "bifurcation.csv",
-               "branch,value,attractor,period,t,phase,approach\nup,1,0,1,0,0.1,3\nup,2,0,1,0,0.2,4\n");
-    plots::draw_study({.folder = folder.path(), .y = {"approach"}, .x = {}});
-    CHECK(blocks_of(folder.path() / "figures/bifurcation_approach.dat")[0] ==
-          std::vector<std::vector<double>>{{1, 3}, {2, 4}});
-    CHECK_THAT(test::file_text(folder.path() / "figures/bifurcation_approach.gp"),
-               Contains("set ylabel 'approach speed |v_N|'.' '.\"(m/s)\""));
-    CHECK_THROWS_WITH(plots::draw_study({.folder = folder.path(), .y = {"speed"}, .x = {}}),
-                      Contains("columns: phase approach period"));
-    CHECK_THROWS_WITH(plots::draw_study({.folder = folder.path(), .y = {"approach/phase"}, .x = {}}),
-                      Contains("by names, not by expressions"));
-  }
-  SECTION("basin") {
-    write_file(folder.path() / "basin.json",
-               nlohmann::json{{"provenance", test::study_origin()},
-                              {"basin", {{"columns", columns}, {"x", axis("a")}, {"y", axis("b")}}}}
-                   .dump());
-    write_file(folder.path() / "basin.csv",
-               "x,y,attractor,period,phase,approach\n1,1,0,1,0.1,3\n2,1,0,1,0.2,4\n1,2,0,1,0.1,5\n"
-               "2,2,-1,0,nan,nan\n");
-    plots::draw_study({.folder = folder.path(), .y = {"approach"}, .x = {}});
-    CHECK(blocks_of(folder.path() / "figures/basin_approach.dat")[0] ==
-          std::vector<std::vector<double>>{
-              {1, 1, 3, 0.5, 1.5, 0.5, 1.5}, {2, 1, 4, 1.5, 2.5, 0.5, 1.5}, {1, 2, 5, 0.5, 1.5, 1.5, 2.5}});
-  }
+  put_document(folder.path(), "bifurcation", {{"axis", "c"}});
+  write_file(folder.path() / "bifurcation.csv",
+             "branch,value,attractor,period,t,phase,approach\nup,1,0,1,0,0.1,3\nup,2,0,1,0,0.2,4\n");
+  plots::draw_study({.folder = folder.path(), .y = {"approach"}, .x = {}});
+  CHECK(test::data_blocks(folder.path() / "figures/bifurcation_approach.dat")[0] ==
+        std::vector<std::vector<double>>{{1, 3}, {2, 4}});
+  CHECK_THAT(test::file_text(folder.path() / "figures/bifurcation_approach.gp"),
+             Contains("set ylabel 'approach speed |v_N|'.' '.\"(m/s)\""));
+  CHECK_THROWS_WITH(plots::draw_study({.folder = folder.path(), .y = {"speed"}, .x = {}}),
+                    Contains("columns: phase approach period"));
+  CHECK_THROWS_WITH(plots::draw_study({.folder = folder.path(), .y = {"approach/phase"}, .x = {}}),
+                    Contains("by names, not by expressions"));
+}
+
+TEST_CASE("any column of a basin is drawn", "[figures][study]") {
+  const test::TemporaryFolder folder;
+  put_document(folder.path(), "basin", {{"x", "a"}, {"y", "b"}});
+  write_file(folder.path() / "basin.csv",
+             "x,y,attractor,period,phase,approach\n1,1,0,1,0.1,3\n2,1,0,1,0.2,4\n1,2,0,1,0.1,5\n"
+             "2,2,-1,0,nan,nan\n");
+  plots::draw_study({.folder = folder.path(), .y = {"approach"}, .x = {}});
+  CHECK(test::data_blocks(folder.path() / "figures/basin_approach.dat")[0] ==
+        std::vector<std::vector<double>>{
+            {1, 1, 3, 0.5, 1.5, 0.5, 1.5}, {2, 1, 4, 1.5, 2.5, 0.5, 1.5}, {1, 2, 5, 0.5, 1.5, 1.5, 2.5}});
 }
 
 TEST_CASE("figures of the paper have its numbers, panels and units", "[figures][study]") {
@@ -279,11 +244,11 @@ TEST_CASE("figures of the paper have its numbers, panels and units", "[figures][
       CHECK(std::filesystem::exists(folder.path() / "figures" / fmt::format("figure_{:02}{}", i + 5, end)));
   }
   // Figure 5: ideal position, both formulations' position, the same for the acceleration, at 0.25 mm.
-  const auto five = blocks_of(folder.path() / "figures/figure_05.dat");
+  const auto five = test::data_blocks(folder.path() / "figures/figure_05.dat");
   REQUIRE(five.size() == 6);
   CHECK_THAT(five[4][3][1], WithinRel(200 * 0.25e-3 * std::sqrt(0.75), 1e-12));
   // Figure 11: velocity and acceleration of three curves for each clearance.
-  const auto eleven = blocks_of(folder.path() / "figures/figure_11.dat");
+  const auto eleven = test::data_blocks(folder.path() / "figures/figure_11.dat");
   REQUIRE(eleven.size() == 24);
   for (const auto& row : eleven[0]) CHECK_THAT(row[1], WithinRel(0.1 * 200 / 60, 1e-9));
   CHECK_THAT(eleven[23][0][1], WithinRel(200 * 1e-3, 1e-12));

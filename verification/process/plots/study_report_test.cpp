@@ -1,16 +1,8 @@
 // The report page: titles, units and commands of a study, the start transient, bodies through their
 // named points.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
-
 #include "io/scene/pose_file.hpp"
-#include "mechanism/scene.hpp"
 #include "plots/report/report.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
@@ -18,22 +10,12 @@ using nlohmann::json;
 
 TEST_CASE("page of a sweep: title, units, verdict and commands with the study's file", "[report]") {
   const test::StudyDesk desk("bouncing-ball");
-  const auto made = desk.sweep(R"(title = "Rebound of a ball"
-scene = "scene.toml"
-duration = 0.3
-discard_time = 0.33
-[axes.radius]
-key = "contacts.table.radius"
-values = ["50 mm", "51 mm"]
-unit = "mm"
-scale = 1e3
-[variants.soft]
-title = "A soft table"
-set = ["surfaces.hard.young=1e9"]
-[measure.highest]
-column = "ball.y"
-reduce = "max"
-)");
+  const auto made = desk.sweep(
+      "title = \"Rebound of a ball\"\nscene = \"scene.toml\"\nduration = 0.3\ndiscard_time = 0.33\n" +
+      test::axis("radius", "contacts.table.radius", "0.050123456789012345, \"51 mm\"",
+                 "unit = \"mm\"\nscale = 1e3\n") +
+      "[variants.soft]\ntitle = \"A soft table\"\nset = [\"surfaces.hard.young=1e9\"]\n" +
+      test::measure("highest", "ball.y", "max"));
   REQUIRE(made.status == 0);
   const auto page = report::document_of(desk.folder.path() / "out");
   CHECK(page["title"] == "Rebound of a ball");
@@ -49,6 +31,8 @@ reduce = "max"
   CHECK(page["units"]["highest"] == "m");  // of the column ball.y
   CHECK(page["own"] == json{"highest"});
   CHECK(page["first"] == "highest");  // the study's own measure precedes the statistics of turns
+  // The command of a cell repeats the run, so its key is the double of the study, not six digits of it.
+  CHECK(page["runs"][0]["values"][0].get<double>() == 0.050123456789012345);
   // The page shows the words with which the command ends.
   const auto verdict = page["verdict"].get<std::string>();
   CHECK(verdict.starts_with("All 4 runs finished; highest ranges from"));
@@ -56,24 +40,6 @@ reduce = "max"
   // A folder of an older version has no sweep.json.
   std::filesystem::remove(desk.folder.path() / "out/sweep.json");
   CHECK(report::document_of(desk.folder.path() / "out")["commands"] == json{"freeplay sweep STUDY -o out"});
-}
-
-TEST_CASE("page of a sweep: values of axes have all digits", "[report]") {
-  // The command of a cell repeats the run, so its key is the double of the study, not six digits of it.
-  const test::StudyDesk desk("bouncing-ball");
-  REQUIRE(desk.sweep(R"(scene = "scene.toml"
-duration = 0.1
-formulations = ["nonsmooth"]
-[axes.radius]
-key = "contacts.table.radius"
-values = [0.050123456789012345]
-[measure.highest]
-column = "ball.y"
-reduce = "max"
-)")
-              .status == 0);
-  const auto page = report::document_of(desk.folder.path() / "out");
-  CHECK(page["runs"][0]["values"][0].get<double>() == 0.050123456789012345);
 }
 
 TEST_CASE("the start transient is the discarded time, else the beginning of the first turn", "[report]") {
@@ -86,18 +52,12 @@ TEST_CASE("the start transient is the discarded time, else the beginning of the 
 TEST_CASE("a body is drawn through all its named points", "[report][points]") {
   // The plate's points A (0, 0), B (3, 0), C (3, 2), D (0, 2) with its centre of mass at (1, 1);
   // only A carries a joint. The body stands at (5, 7), turned by a quarter: (x, y) → (5 − y, 7 + x).
-  const auto scene = parse_scene(R"([bodies.plate]
-mass = 1
-inertia = 1
-points = { A = [0, 0], B = [3, 0], C = [3, 2], D = [0, 2], mass_centre = [1, 1] }
-[joints.pin]
-type = "revolute"
-between = ["ground", "plate"]
-at = [[6, 6], "A"]
-[run]
-duration = 1
-)",
-                                 "plate.toml");
+  const auto scene = parse_scene(
+      test::body("plate", 1, 1,
+                 "points = { A = [0, 0], B = [3, 0], C = [3, 2], D = [0, 2], mass_centre = [1, 1] }\n") +
+          "[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"plate\"]\nat = [[6, 6], \"A\"]\n" +
+          test::run_for(1),
+      "plate.toml");
   std::vector<std::pair<double, double>> corners;
   for (const auto& s : pose_shapes(scene, {5, 7, std::numbers::pi / 2}))
     if (s.kind == "link") corners.emplace_back(s.at.x(), s.at.y());
