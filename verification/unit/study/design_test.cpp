@@ -1,73 +1,37 @@
-// Choice of a study's points: strata, the first Sobol points against their direction numbers,
-// ranges, keys that vary together, and filters.
-#include "study/settings/study.hpp"
+// Choice of a study's points: strata, the first Sobol points, ranges, keys that vary together, and
+// filters.
 #include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 
 namespace {
 
-struct Desk {
-  test::TemporaryFolder folder;
-  Study study(const std::string& text) const {
-    write_file(folder.path() / "study.toml", "scene = \"scene.toml\"\n" + text);
-    return read_study(folder.path() / "study.toml");
-  }
-  std::string refusal(const std::string& text) const {
-    return test::refusal_of<SceneError>([&] { (void)cells(study(text)); });
+struct Desk : test::StudyDesk {
+  Study study(const std::string& text) const { return read("scene = \"scene.toml\"\n" + text); }
+  /// The text must be refused at a place of the study.
+  void refuses(const std::string& text, const std::string& message) const {
+    CAPTURE(text);
+    CHECK_THAT(test::refusal_of<SceneError>([&] { cells(study(text)); }),
+               Contains("study.toml:") && Contains(message));
   }
 };
-
-/// Sobol's points in Gray's order from the direction numbers of Joe and Kuo (new-joe-kuo-6.21201,
-/// the first lines: s, a, m_i), by their recurrence m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s},
-/// with v_k = m_k/2^k.
-std::vector<std::vector<double>> joe_kuo(int count) {
-  struct Line {
-    unsigned s, a;
-    std::vector<unsigned> m;
-  };
-  const std::vector<Line> table{
-      {1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}, {3, 2, {1, 1, 1}}, {4, 1, {1, 1, 3, 3}}};
-  constexpr unsigned bits = 20;
-  std::vector<std::vector<unsigned>> v(1, std::vector<unsigned>(bits));
-  for (unsigned k = 0; k < bits; ++k) v[0][k] = 1u << (bits - 1 - k);
-  for (const auto& [s, a, given] : table) {
-    auto m = given;
-    for (unsigned k = s; k < bits; ++k) {
-      unsigned x = m[k - s] ^ (m[k - s] << s);
-      for (unsigned i = 1; i < s; ++i)
-        if ((a >> (s - 1 - i)) & 1u) x ^= m[k - i] << i;
-      m.push_back(x);
-    }
-    auto& row = v.emplace_back();
-    for (unsigned k = 0; k < bits; ++k) row.push_back(m[k] << (bits - 1 - k));
-  }
-  std::vector<std::vector<double>> points;
-  std::vector<unsigned> x(v.size(), 0);
-  for (int n = 1; n <= count; ++n) {
-    unsigned c = 0;  // the lowest 0 of n − 1
-    for (auto i = static_cast<unsigned>(n - 1); i & 1u; i >>= 1u) ++c;
-    auto& p = points.emplace_back();
-    for (std::size_t d = 0; d < v.size(); ++d)
-      p.push_back(std::ldexp(x[d] ^= v[d][c], -static_cast<int>(bits)));
-  }
-  return points;
-}
 
 }  // namespace
 
 TEST_CASE("the first Sobol points are those of Joe and Kuo", "[design]") {
-  const auto points = unit_points(DrawMethod::sobol, 6, 500, 1);
-  // As printed beside their generator, without the origin: the first coordinates of the first
-  // points.
-  const std::vector<std::vector<double>> printed{
-      {0.5, 0.5, 0.5},       {0.75, 0.25, 0.25},    {0.25, 0.75, 0.75},   {0.375, 0.375, 0.625},
-      {0.875, 0.875, 0.125}, {0.625, 0.125, 0.875}, {0.125, 0.625, 0.375}};
-  for (std::size_t i = 0; i < printed.size(); ++i)
-    CHECK(std::vector(points[i].begin(), points[i].begin() + 3) == printed[i]);
-  CHECK(points == joe_kuo(500));
-  CHECK(points == unit_points(DrawMethod::sobol, 6, 500, 2));  // no random numbers are used
+  // As printed beside their generator (new-joe-kuo-6.21201), without the origin; the last three coordinates
+  // by its recurrence of direction numbers, m_k = 2a₁m_{k−1} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}.
+  const std::vector<std::vector<double>> printed{{0.5, 0.5, 0.5, 0.5, 0.5, 0.5},
+                                                 {0.75, 0.25, 0.25, 0.25, 0.75, 0.75},
+                                                 {0.25, 0.75, 0.75, 0.75, 0.25, 0.25},
+                                                 {0.375, 0.375, 0.625, 0.875, 0.375, 0.125},
+                                                 {0.875, 0.875, 0.125, 0.375, 0.875, 0.625},
+                                                 {0.625, 0.125, 0.875, 0.625, 0.625, 0.875},
+                                                 {0.125, 0.625, 0.375, 0.125, 0.125, 0.375}};
+  CHECK(unit_points(DrawMethod::sobol, 6, 7, 1) == printed);
+  CHECK(unit_points(DrawMethod::sobol, 6, 7, 2) == printed);  // no random numbers are used
 }
 
 TEST_CASE("a Latin hypercube has one point in each stratum of each coordinate", "[design]") {
@@ -138,9 +102,8 @@ TEST_CASE("axes of a study: lists, ranges, units, several keys", "[design][study
   CHECK(own[1].overrides ==
         std::vector<std::string>{"joints.a.clearance=0.0002", "surfaces.s.restitution=0.25"});
 
-  const auto says = [&](const std::string& axis, const std::string& what) {
-    CAPTURE(axis);
-    CHECK_THAT(desk.refusal("[axes.a]\n" + axis), Contains("study.toml:") && Contains(what));
+  const auto says = [&](const std::string& axis, const std::string& message) {
+    desk.refuses("[axes.a]\n" + axis, message);
   };
   says(clearance, "axes.a.values: is missing: give values, range, log_range, or low and high");
   says(clearance + "values = [1]\nrange = [1, 2, 3]",
@@ -191,21 +154,19 @@ high = 300
   CHECK(cells(desk.study("sample = \"latin-hypercube\"\nsamples = 4\n" + axes +
                          "[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1, 0.2]"))
             .size() == 8);
-  const auto says = [&](const std::string& text, const std::string& what) {
-    CAPTURE(text);
-    CHECK_THAT(desk.refusal(text), Contains("study.toml:") && Contains(what));
-  };
-  says("sample = \"sobol\"\n" + axes, "samples: is missing");
-  says("samples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1, 0.2]",
-       "samples: needs sample");
-  says("sample = \"sobol\"\nsamples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1]",
-       "needs an axis with random values");
-  says("sample = \"halton\"\nsamples = 4\n" + axes, "\"halton\" is unknown");
-  says("sample = \"random\"\nsamples = 1000000\n" + axes, "above the limit of 1000000");
-  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance + 1\"\n" + axes,
-       "study.toml:4:9: where: column 1: is a number");
-  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearence > 1\"\n" + axes, "did you mean clearance?");
-  says("sample = \"sobol\"\nsamples = 4\nwhere = \"peak_max > 1\"\n" + axes,
-       "\"peak_max\" is not a known name");
-  says("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance > 1\"\n" + axes, "selects no cell of the axes");
+  desk.refuses("sample = \"sobol\"\n" + axes, "samples: is missing");
+  desk.refuses("samples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1, 0.2]",
+               "samples: needs sample");
+  desk.refuses("sample = \"sobol\"\nsamples = 4\n[axes.e]\nkey = \"surfaces.s.restitution\"\nvalues = [0.1]",
+               "needs an axis with random values");
+  desk.refuses("sample = \"halton\"\nsamples = 4\n" + axes, "\"halton\" is unknown");
+  desk.refuses("sample = \"random\"\nsamples = 1000000\n" + axes, "above the limit of 1000000");
+  desk.refuses("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance + 1\"\n" + axes,
+               "study.toml:4:9: where: column 1: is a number");
+  desk.refuses("sample = \"sobol\"\nsamples = 4\nwhere = \"clearence > 1\"\n" + axes,
+               "did you mean clearance?");
+  desk.refuses("sample = \"sobol\"\nsamples = 4\nwhere = \"peak_max > 1\"\n" + axes,
+               "\"peak_max\" is not a known name");
+  desk.refuses("sample = \"sobol\"\nsamples = 4\nwhere = \"clearance > 1\"\n" + axes,
+               "selects no cell of the axes");
 }
