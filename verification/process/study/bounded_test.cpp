@@ -21,16 +21,24 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-const std::string program = std::string(FREEPLAY_BINARY_DIR) + "/freeplay";
-
 /// Result of a shell line in which $F is the program: exit status and standard error.
 std::pair<int, std::string> shell(const std::string& line) {
   test::TemporaryFolder folder;
   const auto err = folder.path() / "err";
-  const auto whole = "F=" + program + "; { " + line + "; } 2>" + err.string() + " </dev/null";
+  const auto whole =
+      "F=" FREEPLAY_BINARY_DIR "/freeplay; { " + line + "; } 2>" + err.string() + " </dev/null";
   const int status = std::system(("bash -c '" + whole + "'").c_str());
-  std::ifstream in(err);
-  return {WEXITSTATUS(status), std::string{std::istreambuf_iterator<char>(in), {}}};
+  return {WEXITSTATUS(status), test::file_text(err)};
+}
+
+/// Status of a line that has to end with one line of standard error.
+int status_of(const std::string& line, const std::string& why) {
+  CAPTURE(line);
+  const auto [status, err] = shell(line);
+  CAPTURE(err);
+  CHECK(std::ranges::count(err, '\n') == 1);
+  CHECK_THAT(err, Contains(why));
+  return status;
 }
 
 }  // namespace
@@ -70,10 +78,6 @@ TEST_CASE("the size of the output of a run is estimated before it starts", "[bou
       written += static_cast<double>(std::filesystem::file_size(folder.path() / file.name));
       estimated += file.bytes;
     }
-    UNSCOPED_INFO(fmt::format("{}: {} bytes estimated, {} written: {:.2f}", row.scene, estimated, written,
-                              estimated / written));
-    if (std::getenv("FREEPLAY_SHOW"))
-      fmt::print("{} {:.0f} {:.0f} {:.3f}\n", row.scene, estimated, written, estimated / written);
     CHECK(estimated / written == Approx(1).margin(0.2));
   }
 }
@@ -120,13 +124,7 @@ TEST_CASE("output that cannot be printed or written ends the program with status
           "[bounded]") {
   test::TemporaryFolder folder;
   const auto at = folder.path().string(), scene = test::flores().string();
-  const auto refused = [](const std::string& line, const char* why) {
-    CAPTURE(line);
-    const auto [status, err] = shell(line);
-    CHECK(status == 1);
-    CHECK(std::ranges::count(err, '\n') == 1);
-    CHECK_THAT(err, Contains(why));
-  };
+  const auto refused = [](const std::string& line, const char* why) { CHECK(status_of(line, why) == 1); };
   const std::string quick = " --set run.revolutions=0.02 --set run.discard=0 --set nonsmooth.step=1e-4";
   const auto run = "$F run " + scene + " --formulation nonsmooth" + quick;
   REQUIRE(shell("$F laws " + scene + " -o " + at + "/laws >" + at + "/said").first == 0);
@@ -146,14 +144,7 @@ TEST_CASE("output that cannot be printed or written ends the program with status
 TEST_CASE("paths and folders that cannot serve are named in one line before any work", "[bounded]") {
   test::TemporaryFolder place;
   const auto& folder = place.path();
-  const auto refused = [](const std::string& line, const char* why) {
-    CAPTURE(line);
-    const auto [status, err] = shell(line);
-    CAPTURE(err);
-    CHECK(status != 0);
-    CHECK(std::ranges::count(err, '\n') == 1);
-    CHECK_THAT(err, Contains(why));
-  };
+  const auto refused = [](const std::string& line, const char* why) { CHECK(status_of(line, why) != 0); };
   const auto odd = folder / "\xff",
              deep = folder / std::string(200, 'd') / std::string(200, 'd') / std::string(200, 'd');
   for (const auto& one : {odd, deep}) {

@@ -14,8 +14,8 @@ using Catch::Matchers::Contains;
 namespace {
 
 const std::string run = "[run]\nduration = 0.1\nstart = \"equilibrium\"\n";
-const std::string body = "[bodies.a]\nmass = 2\ninertia = 0.5\n";
-const std::string pivot = "[joints.pivot]\ntype = \"revolute\"\nbetween = [\"ground\", \"a\"]\n";
+const std::string body = test::body("a", 2, 0.5), pivot = test::pin("pivot", "ground", "a");
+const std::string steel = test::surface("s", 0.5, "young = 2e11\npoisson = 0.3\n");
 
 State begin(const std::string& text, std::string* assumed = nullptr) {
   const auto scene = parse_scene(text + run, "test");
@@ -25,13 +25,12 @@ State begin(const std::string& text, std::string* assumed = nullptr) {
 /// A disc in a ring on a spring, all lengths multiplied by `length`, mirrored at the vertical by
 /// `side`.
 Modes ring(double length, int side, Family family) {
-  const auto scene =
-      parse_scene(fmt::format("gravity = [{}, {}]\n", side * 2 * length, -10 * length) +
-                      test::body("a", 1e-3, 1e-3 * length * length) +
-                      test::pin("pin", "ground", "a", {}, {-side * 0.8 * length, 0.6 * length},
-                                test::loose(0.01 * length, 0.2 * length)) +
-                      fmt::format("[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n{}", run),
-                  "test");
+  const auto scene = parse_scene(fmt::format("gravity = [{}, {}]\n", side * 2 * length, -10 * length) +
+                                     test::body("a", 1e-3, 1e-3 * length * length) +
+                                     test::pin("pin", "ground", "a", {}, {-side * 0.8 * length, 0.6 * length},
+                                               test::loose(0.01 * length, 0.2 * length)) +
+                                     steel + run,
+                                 "test");
   const System system(scene.mechanism);
   const auto elastic = compliances(family, scene, system);
   const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
@@ -69,9 +68,8 @@ TEST_CASE("a drive holds its joint at the initial angle in equilibrium and moves
 }
 
 TEST_CASE("a spring without free length is in equilibrium at zero length", "[equilibrium]") {
-  const auto scene = parse_scene(body + "position = [0.4, 0]\n[loads.s]\ntype = \"spring-damper\"\n" +
-                                     "between = [\"ground\", \"a\"]\nstiffness = 8\n" + run,
-                                 "test");
+  const auto scene = parse_scene(
+      body + "position = [0.4, 0]\n" + test::spring("s", "ground", "a", {}, {}, 8, 0) + run, "test");
   const System system(scene.mechanism);
   const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
   const auto at = find_equilibrium(scene.mechanism, system, from.q, {});
@@ -100,10 +98,8 @@ TEST_CASE("small vibrations are the same in the mirrored scene and at a milliont
 TEST_CASE("the command equilibrium prints within 80 columns and writes its results", "[equilibrium]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "scene.toml";
-  std::ofstream(file) << "gravity = [0, -9.81]\n"
-                      << body << "position = [0.3, 0]\n"
-                      << pivot << "at = [[0, 0], [-0.3, 0]]\n"
-                      << run;
+  write_file(file, "gravity = [0, -9.81]\n" + body + "position = [0.3, 0]\n" +
+                       test::pin("pivot", "ground", "a", {}, {-0.3, 0}) + run);
   const auto out = test::succeeded("modes " + file.string() + " -o " + (folder.path() / "o").string());
   CHECK_THAT(out.out, Contains("equilibrium, stable"));
   for (const char* name : {"modes.csv", "modes.json", "equilibrium.csv", "static_forces.csv"})
@@ -187,10 +183,8 @@ TEST_CASE("perturbed starts of a scene that begins in equilibrium are in equilib
   // A pendulum with a horizontal start; its pivot is within the clearance, so that it hangs below
   // that point.
   const auto scene =
-      parse_scene("gravity = [0, -9.81]\n[bodies.a]\nmass = 2\ninertia = 0.5\nposition = [0.3, 0]\n" + pivot +
-                      "at = [[0, 0], [-0.3, 0]]\nclearance = 1e-3\nbearing_radius = 0.01\nsurface = \"s\"\n"
-                      "[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.5\n" +
-                      run,
+      parse_scene("gravity = [0, -9.81]\n" + body + "position = [0.3, 0]\n" +
+                      test::pin("pivot", "ground", "a", {}, {-0.3, 0}, test::loose(1e-3, 0.01)) + steel + run,
                   "test");
   for (int start = 0; start < 3; ++start) {
     const auto moved = perturbed(scene, {}, 7, start, {});
@@ -207,26 +201,17 @@ TEST_CASE("an equilibrium does not depend on the order of the elements in a scen
   // below rounding in one direction before another; the order of the elements decides which.
   const auto text = [](bool reversed) {
     std::vector<std::string> blocks{
-        "[bodies.lower_arm]\nmass = 0.3\ninertia = 0.004\nposition = [0.2, 0]\n",
-        "[bodies.upper_arm]\nmass = 0.3\ninertia = 0.004\nposition = [0.2, 0.05]\n",
-        "[bodies.head]\nmass = 1.2\ninertia = 0.003\nposition = [0.48, 0.025]\n",
-        "[joints.base_low]\ntype = \"revolute\"\nbetween = [\"ground\", \"lower_arm\"]\n"
-        "at = [[0, 0], [-0.2, 0]]\n",
-        "[joints.base_high]\ntype = \"revolute\"\nbetween = [\"ground\", \"upper_arm\"]\n"
-        "at = [[0, 0.05], [-0.2, 0]]\n",
-        "[joints.head_low]\ntype = \"revolute\"\nbetween = [\"lower_arm\", \"head\"]\n"
-        "at = [[0.2, 0], [-0.08, "
-        "-0.025]]\n",
-        "[joints.head_high]\ntype = \"revolute\"\nbetween = [\"upper_arm\", \"head\"]\n"
-        "at = [[0.2, 0], [-0.08, "
-        "0.025]]\nclearance = 1e-4\nbearing_radius = 3e-3\nsurface = \"s\"\n"};
+        test::body("lower_arm", 0.3, 0.004, "position = [0.2, 0]\n"),
+        test::body("upper_arm", 0.3, 0.004, "position = [0.2, 0.05]\n"),
+        test::body("head", 1.2, 0.003, "position = [0.48, 0.025]\n"),
+        test::pin("base_low", "ground", "lower_arm", {}, {-0.2, 0}),
+        test::pin("base_high", "ground", "upper_arm", {0, 0.05}, {-0.2, 0}),
+        test::pin("head_low", "lower_arm", "head", {0.2, 0}, {-0.08, -0.025}),
+        test::pin("head_high", "upper_arm", "head", {0.2, 0}, {-0.08, 0.025}, test::loose(1e-4, 3e-3))};
     if (reversed) std::ranges::reverse(blocks);
-    std::string all = "gravity = [0, -9.81]\n[surfaces.s]\nyoung = 207e9\npoisson = 0.3\nrestitution = 0.5\n";
+    std::string all = "gravity = [0, -9.81]\n" + test::surface("s", 0.5, "young = 207e9\npoisson = 0.3\n");
     for (const auto& block : blocks) all += block;
-    return all +
-           "[loads.balance]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"lower_arm\"]\n"
-           "at = [[0, 0.2], "
-           "[-0.08, 0]]\nstiffness = 300\nfree_length = 0.0426\n";
+    return all + test::spring("balance", "ground", "lower_arm", {0, 0.2}, {-0.08, 0}, 300, 0.0426);
   };
   const auto given = begin(text(false)), turned = begin(text(true));
   // The softest motion, 3 N/m, moves by 1e-11 m under the residual force, 1e-11 N; the bound is a

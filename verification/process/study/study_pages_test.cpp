@@ -1,14 +1,7 @@
 // The documentation of studies and the studies of cases: the example runs as documented,
 // docs/reference/study.md lists every table and column, and every study of a case can be planned.
-#include <fmt/format.h>
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <map>
-#include <set>
-#include <sstream>
-
 #include "study/sweep/sweep.hpp"
+#include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
@@ -60,15 +53,27 @@ TEST_CASE("the studies of cases/ can be run", "[studies]") {
   }
 }
 
-TEST_CASE("docs/reference/study.md lists every table and column of the database",
-          "[studies][docs]") {
+TEST_CASE("docs/reference/study.md lists every table and column of the database", "[studies][docs]") {
   const StudyDesk desk("bouncing-ball");
   REQUIRE(desk.sweep(example()).status == 0);
   const auto study = read_study(desk.folder.path() / "study.toml");
-  std::map<std::string, std::vector<std::string>> stated, there;
-  std::istringstream page(test::file_text(test::source_folder() / "docs/reference/study.md"));
+  const auto names = [](const auto& all) {
+    std::vector<std::string> list;
+    for (const auto& one : all) list.push_back(one.name);
+    return list;
+  };
+  const auto trimmed = [](std::string word) {
+    word.erase(0, word.find_first_not_of(' '));
+    return word.erase(word.find_last_not_of(' ') + 1);
+  };
+  std::map<std::string, std::vector<std::string>> stated, there,
+      groups{{"*axes*", names(study.axes)},
+             {"*statistics*", {TurnMetrics::names().begin(), TurnMetrics::names().end()}},
+             {"*measures*", names(study.measures)},
+             {"*derived*", names(study.derived)}};
   bool within = false;
-  for (std::string line; std::getline(page, line);) {
+  for (const auto& line :
+       test::lines_of(test::file_text(test::source_folder() / "docs/reference/study.md"))) {
     if (line.starts_with("| table |")) within = true;
     if (within && !line.starts_with("|")) break;
     if (!within || line.starts_with("| table |") || line.starts_with("| ---")) continue;
@@ -76,24 +81,12 @@ TEST_CASE("docs/reference/study.md lists every table and column of the database"
     std::string table, columns;
     std::getline(cells, table, '|');
     std::getline(cells, columns, '|');
-    table.erase(table.find_last_not_of(' ') + 1);
-    auto& list = stated[table];
-    std::istringstream words(columns);
-    for (std::string word; std::getline(words, word, ',');) {
-      word.erase(0, word.find_first_not_of(' '));
-      word.erase(word.find_last_not_of(' ') + 1);
-      if (word == "*axes*")
-        for (const auto& a : study.axes) list.push_back(a.name);
-      else if (word == "*statistics*")
-        list.insert(list.end(), TurnMetrics::names().begin(), TurnMetrics::names().end());
-      else if (word == "*measures*")
-        for (const auto& m : study.measures) list.push_back(m.name);
-      else if (word == "*derived*")
-        for (const auto& d : study.derived) list.push_back(d.name);
-      else if (word == "*those of runs*")
-        list.insert(list.end(), stated["runs"].begin(), stated["runs"].end());
-      else
-        list.push_back(word);
+    auto& list = stated[trimmed(table)];
+    for (const auto& field : test::fields_of(columns)) {
+      const auto word = trimmed(field);
+      if (word == "*those of runs*") groups[word] = stated["runs"];
+      const auto group = groups.contains(word) ? groups[word] : std::vector<std::string>{word};
+      list.insert(list.end(), group.begin(), group.end());
     }
   }
   // Internally runs have integer numbers, in tables that users need not query.

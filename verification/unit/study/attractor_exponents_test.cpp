@@ -4,15 +4,11 @@
 #include "analysis/orbit.hpp"
 #include "verification/references/orbits.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
 
 namespace {
-
-Study exponents_study(const test::TemporaryFolder& folder, const std::string& text) {
-  std::ofstream(folder.path() / "study.toml") << text;
-  return read_study(folder.path() / "study.toml");
-}
 
 /// The vertical motion of cases/ball-on-table, event-driven; strengths A ω²/g.
 std::string shaken(const std::string& strengths, const std::string& more) {
@@ -54,9 +50,9 @@ Scene oscillator(const std::vector<std::string>& set) {
 }  // namespace
 
 TEST_CASE("exponents of a ball's attractors are logarithms of their multipliers", "[attractors][lyapunov]") {
-  const test::TemporaryFolder folder;
-  const auto study = exponents_study(folder, shaken("0.6e-3, 1.065e-3", "exponents = true\n"));
-  const auto all = run_study(study, folder.path() / "a.db");
+  const test::StudyDesk desk;
+  const auto study = desk.read(shaken("0.6e-3, 1.065e-3", "exponents = true\n"));
+  const auto all = run_study(study, desk.at("a.db"));
   const double period = 2 * std::numbers::pi / std::sqrt(9810.0);
   const auto& runs = all.runs.chains.at(0);
   REQUIRE(runs.size() == 2);
@@ -77,9 +73,9 @@ TEST_CASE("exponents of a ball's attractors are logarithms of their multipliers"
 
 TEST_CASE("exponents of a study are stored, and a study without them has the same results",
           "[attractors][lyapunov]") {
-  const test::TemporaryFolder folder;
-  const auto file = folder.path() / "a.db";
-  const auto plain = run_study(exponents_study(folder, shaken("0.6e-3", "")), file);
+  const test::StudyDesk desk;
+  const auto file = desk.at("a.db");
+  const auto plain = run_study(desk.read(shaken("0.6e-3", "")), file);
   CHECK(plain.csv.starts_with("branch,value,attractor,period,t,phase,approach\n"));
   const auto has_table = [&] {
     const auto schema = Database(file, Database::Access::read).schema();
@@ -87,7 +83,7 @@ TEST_CASE("exponents of a study are stored, and a study without them has the sam
   };
   CHECK_FALSE(has_table());
   // The runs are those of the study without exponents.
-  const auto study = exponents_study(folder, shaken("0.6e-3", "exponents = true\n"));
+  const auto study = desk.read(shaken("0.6e-3", "exponents = true\n"));
   const auto with = run_study(study, file);
   CHECK(with.runs.made == 0);
   CHECK(has_table());
@@ -106,14 +102,14 @@ TEST_CASE("exponents of a study are stored, and a study without them has the sam
 }
 
 TEST_CASE("a rotor at rest on a stop has the exponent minus infinity", "[attractors][lyapunov]") {
-  const test::TemporaryFolder folder;
-  const auto study = exponents_study(
-      folder, fmt::format("scene = \"{}\"\n[axes.angle]\nkey = \"bodies.rotor.angle\"\nvalues = [-0.5, 0.5]\n"
-                          "[axes.speed]\nkey = \"bodies.rotor.angular_velocity\"\nvalues = [0]\n"
-                          "[basin]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 8\nkeep = 4\n"
-                          "columns = [\"axle.angle\"]\nexponents = true\n",
-                          (test::source_folder() / "cases/bistable-rotor/scene.toml").string()));
-  AttractorStore store(folder.path() / "a.db", {});
+  const test::StudyDesk desk;
+  const auto study = desk.read(
+      fmt::format("scene = \"{}\"\n[axes.angle]\nkey = \"bodies.rotor.angle\"\nvalues = [-0.5, 0.5]\n"
+                  "[axes.speed]\nkey = \"bodies.rotor.angular_velocity\"\nvalues = [0]\n"
+                  "[basin]\nsection = \"every 0.5 s\"\nperiod = 0.5\ndiscard = 8\nkeep = 4\n"
+                  "columns = [\"axle.angle\"]\nexponents = true\n",
+                  (test::source_folder() / "cases/bistable-rotor/scene.toml").string()));
+  AttractorStore store(desk.at("a.db"), {});
   const auto chains = basin_chains(study);
   auto runs = settle(study, *study.basin, "basin", chains, store, 2, {}, {});
   const auto classified = attractors_of_all(runs);
@@ -126,13 +122,12 @@ TEST_CASE("a rotor at rest on a stop has the exponent minus infinity", "[attract
 }
 
 TEST_CASE("exponents of time stepping are refused in the study", "[attractors][lyapunov]") {
-  const test::TemporaryFolder folder;
+  const test::StudyDesk desk;
   const auto text = shaken("0.6e-3", "exponents = true\n");
-  auto stepped = text;
-  stepped.replace(stepped.find("\"event-driven\""), 14, "\"moreau-jean\"");
-  CHECK_THAT(test::refusal_of([&] { run_study(exponents_study(folder, stepped), folder.path() / "a.db"); }),
+  const auto stepped = test::replaced(text, "\"event-driven\"", "\"moreau-jean\"");
+  CHECK_THAT(test::refusal_of([&] { run_study(desk.read(stepped), desk.at("a.db")); }),
              Catch::Contains("study.toml") && Catch::Contains("bifurcation.exponents: nonsmooth.scheme"));
-  CHECK_THAT(test::refusal_of([&] { exponents_study(folder, shaken("0.6e-3", "exponent_periods = 9\n")); }),
+  CHECK_THAT(test::refusal_of([&] { desk.read(shaken("0.6e-3", "exponent_periods = 9\n")); }),
              Catch::Contains("needs exponents = true"));
 }
 

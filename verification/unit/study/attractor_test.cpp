@@ -7,6 +7,7 @@
 #include "verification/references/bouncing_on_table.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
 
 using namespace freeplay;
 
@@ -23,20 +24,19 @@ std::vector<double> logistic(double r, int count) {
   return rows;
 }
 
-Study study_of(const test::TemporaryFolder& folder, const std::string& text) {
-  std::ofstream(folder.path() / "study.toml") << text;
-  return read_study(folder.path() / "study.toml");
-}
+const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
+const auto ball_scene = test::source_folder() / "cases/ball-on-table/scene.toml";
 
 /// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball
 /// at its top.
-std::string at_top(const reference::BallOnTable& ball, double strength) {
-  const double phase = ball.phase(strength);
+std::string at_top(double strength, const reference::BallOnTable& orbit = ball) {
+  const double phase = orbit.phase(strength);
   return fmt::format(
       "\"curves.shake.phase={}\", \"bodies.ball.position=[0, {}]\", \"surfaces.hard.restitution={}\", "
       "\"nonsmooth.scheme='event-driven'\"",
-      phase + pi, 0.01 + strength * 1e-3 * std::sin(phase) + ball.gravity * ball.period() * ball.period() / 8,
-      ball.restitution);
+      phase + pi,
+      0.01 + strength * 1e-3 * std::sin(phase) + orbit.gravity * orbit.period() * orbit.period() / 8,
+      orbit.restitution);
 }
 
 std::string ball_study(const std::string& set, const std::vector<double>& strengths,
@@ -46,8 +46,7 @@ std::string ball_study(const std::string& set, const std::vector<double>& streng
   return fmt::format(
       "scene = \"{}\"\n[axes.strength]\nkey = \"curves.shake.amplitude\"\nvalues = [{}]\nscale = 1000\n"
       "[bifurcation]\nsection = \"each touch\"\ncolumns = [\"phase\", \"approach\"]\nset = [{}]\n{}",
-      (test::source_folder() / "cases/ball-on-table/scene.toml").string(), fmt::join(amplitudes, ", "), set,
-      more);
+      ball_scene.string(), fmt::join(amplitudes, ", "), set, more);
 }
 
 SettledRuns run_bifurcation(const Study& study, const std::filesystem::path& file) {
@@ -134,21 +133,21 @@ TEST_CASE("the period of a bouncing ball doubles at the strength of its closed f
   // 0.05, which leaves 1e-7 after 300 periods.
   for (const double e : {0.7, 0.8, 0.9}) {
     CAPTURE(e);
-    const reference::BallOnTable ball{e, 9.81, std::sqrt(9810.0)};
-    const double doubling = ball.doubling();
-    const test::TemporaryFolder folder;
-    const auto study = study_of(folder, ball_study(at_top(ball, 0.98 * doubling),
-                                                   {0.98 * doubling, 0.99 * doubling, 0.995 * doubling,
-                                                    1.005 * doubling, 1.01 * doubling},
-                                                   "direction = \"up\"\ndiscard = 400\nkeep = 40\n"));
-    const auto runs = run_bifurcation(study, folder.path() / "a.db");
+    const reference::BallOnTable orbit{e, 9.81, std::sqrt(9810.0)};
+    const double doubling = orbit.doubling();
+    const test::StudyDesk desk;
+    const auto study = desk.read(
+        ball_study(at_top(0.98 * doubling, orbit),
+                   {0.98 * doubling, 0.99 * doubling, 0.995 * doubling, 1.005 * doubling, 1.01 * doubling},
+                   "direction = \"up\"\ndiscard = 400\nkeep = 40\n"));
+    const auto runs = run_bifurcation(study, desk.at("a.db"));
     const int expected[] = {1, 1, 1, 2, 2};
     for (std::size_t i = 0; i < 5; ++i) {
       CAPTURE(i);
       const auto& run = runs.chains[0][i];
       REQUIRE(run.finished());
       CHECK(run.attractor.period == expected[i]);
-      if (expected[i] == 1) CHECK(run.attractor.points[1] == Approx(ball.approach()).epsilon(1e-5));
+      if (expected[i] == 1) CHECK(run.attractor.points[1] == Approx(orbit.approach()).epsilon(1e-5));
     }
   }
 }
@@ -157,14 +156,13 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
   // The ball rests while Γ < 1; the orbit of one impact in a period exists from π (1 − e)/(1 + e)
   // on. With increasing Γ the ball rests; with decreasing Γ from 0.96 it bounces until the orbit
   // ceases to exist.
-  const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
   REQUIRE(ball.birth() == Approx(0.349).margin(1e-3));
   std::vector<double> strengths = {0.33, 0.34};
   for (int i = 0; i <= 12; ++i) strengths.push_back(0.36 + 0.05 * i);
-  const test::TemporaryFolder folder;
-  const auto study = study_of(
-      folder, ball_study(at_top(ball, 0.96), strengths, "direction = \"both\"\ndiscard = 200\nkeep = 20\n"));
-  const auto runs = run_bifurcation(study, folder.path() / "a.db");
+  const test::StudyDesk desk;
+  const auto study =
+      desk.read(ball_study(at_top(0.96), strengths, "direction = \"both\"\ndiscard = 200\nkeep = 20\n"));
+  const auto runs = run_bifurcation(study, desk.at("a.db"));
   const auto outcome = attractors_at_each_value(runs);
   const auto n = strengths.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -180,35 +178,33 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
 }
 
 TEST_CASE("a bifurcation study that is stopped and resumed gives the same points", "[attractors]") {
-  const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
-  const test::TemporaryFolder folder;
-  const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.5, 0.6, 0.7, 0.8, 0.9},
-                                                 "discard = 20\nkeep = 10\nstarts = 1\n"));
-  const auto whole = run_bifurcation(study, folder.path() / "whole.db");
+  const test::StudyDesk desk;
+  const auto study =
+      desk.read(ball_study(at_top(0.9), {0.5, 0.6, 0.7, 0.8, 0.9}, "discard = 20\nkeep = 10\nstarts = 1\n"));
+  const auto whole = run_bifurcation(study, desk.at("whole.db"));
   CHECK(whole.made == 15);
   std::size_t found = 0;
   for (int tries = 0; tries < 20 && found < 15; ++tries) {
     std::atomic<bool> stop{false};
-    AttractorStore store(folder.path() / "parts.db", StopToken(stop));
+    AttractorStore store(desk.at("parts.db"), StopToken(stop));
     const auto runs =
         settle(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), store, 2, StopToken(stop),
                [&](std::size_t done, std::size_t) { stop = done >= found + 3; });
     found = runs.found + runs.made;
   }
-  const auto again = run_bifurcation(study, folder.path() / "parts.db");
+  const auto again = run_bifurcation(study, desk.at("parts.db"));
   CHECK(again.made == 0);
   CHECK(again.found == 15);
-  CHECK(contents(folder.path() / "parts.db") == contents(folder.path() / "whole.db"));
+  CHECK(contents(desk.at("parts.db")) == contents(desk.at("whole.db")));
   CHECK(bifurcation_csv(study, again, attractors_at_each_value(again)) ==
         bifurcation_csv(study, whole, attractors_at_each_value(whole)));
 }
 
 TEST_CASE("a received database whose runs are not whole or have impossible values is refused",
           "[attractors][security]") {
-  const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
-  const test::TemporaryFolder folder;
-  const auto study = study_of(folder, ball_study(at_top(ball, 0.9), {0.8, 0.9}, "discard = 20\nkeep = 10\n"));
-  const auto good = folder.path() / "good.db", bad = folder.path() / "bad.db";
+  const test::StudyDesk desk;
+  const auto study = desk.read(ball_study(at_top(0.9), {0.8, 0.9}, "discard = 20\nkeep = 10\n"));
+  const auto good = desk.at("good.db"), bad = desk.at("bad.db");
   CHECK(run_bifurcation(study, good).made == 4);
   const std::string first = " WHERE rowid = (SELECT min(rowid) FROM ";
   std::vector<std::string> attacks{
@@ -254,9 +250,8 @@ TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of 
   const double mgl = 1, j = 0.01;
   for (const char* formulation : {"nonsmooth", "penalty"}) {
     CAPTURE(formulation);
-    const test::TemporaryFolder folder;
-    const auto study = study_of(
-        folder,
+    const test::StudyDesk desk;
+    const auto study = desk.read(
         fmt::format("scene = \"{}\"\n[axes.angle]\nkey = \"bodies.rotor.angle\"\n"
                     "values = [-0.9, -0.5, -0.2, 0.1, 0.4, 0.8]\n"
                     "[axes.speed]\nkey = \"bodies.rotor.angular_velocity\"\n"
@@ -265,7 +260,7 @@ TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of 
                     "columns = [\"axle.angle\"]\n"
                     "formulation = \"{}\"\n",
                     (test::source_folder() / "cases/bistable-rotor/scene.toml").string(), formulation));
-    AttractorStore store(folder.path() / "a.db", {});
+    AttractorStore store(desk.at("a.db"), {});
     const auto runs = settle(study, *study.basin, "basin", basin_chains(study), store, 2, {}, {});
     const auto outcome = attractors_of_all(runs);
     REQUIRE(outcome.list.size() == 2);
@@ -284,49 +279,47 @@ TEST_CASE("basins of a rotor between two stops are bounded by the separatrix of 
 }
 
 TEST_CASE("an invalid request for attractors in a study is refused at its place", "[attractors]") {
-  const test::TemporaryFolder folder;
-  const auto scene = (test::source_folder() / "cases/ball-on-table/scene.toml").string();
-  const std::string axes = "[axes.a]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-4, 2e-4]\n";
-  const auto why = [&](const std::string& rest) {
-    return test::refusal_of([&] {
-      const auto study = study_of(folder, "scene = \"" + scene + "\"\n" + axes + rest);
-      if (study.bifurcation) run_bifurcation(study, folder.path() / "a.db");
-    });
+  const test::StudyDesk desk;
+  const auto head =
+      fmt::format("scene = \"{}\"\n[axes.a]\nkey = \"curves.shake.amplitude\"\nvalues = [1e-4, 2e-4]\n",
+                  ball_scene.string());
+  struct Case {
+    const char *rest, *place, *message;
   };
-  using Catch::Contains;
-  CHECK_THAT(why("[bifurcation]\naxis = \"b\"\n"),
-             Contains("study.toml:6") && Contains("not an axis of the study"));
-  CHECK_THAT(why("[bifurcation]\ndirection = \"sideways\"\n"), Contains("study.toml:6"));
-  CHECK_THAT(why("[bifurcation]\ndirection = \"none\"\n"), Contains("at least one start"));
-  CHECK_THAT(why("[bifurcation]\nstarts = 2\n"),
-             Contains("study.toml:6") && Contains("all starts are identical"));
-  CHECK_THAT(why("[bifurcation]\nkeep = 2.5\n"), Contains("a whole number"));
-  CHECK_THAT(why("[bifurcation]\nstep = 2\n"), Contains("study.toml:6"));
-  CHECK_THAT(why("[bifurcation]\nset = [\"surfaces.hard.restitutio=0.5\"]\n"),
-             Contains("study.toml:5") && Contains("did you mean"));
-  CHECK_THAT(why("[bifurcation]\nsection = \"each touch of nothing\"\n"),
-             Contains("study.toml:6") && Contains("bifurcation.section: "));
-  CHECK_THAT(why("[bifurcation]\ncolumns = [\"ball.z\"]\n"),
-             Contains("study.toml:6:") && Contains("columns: "));
-  CHECK_THAT(why("[basin]\n"), Contains("study.toml:5") && Contains("y"));
+  for (const auto& [rest, place, message] :
+       {Case{"[bifurcation]\naxis = \"b\"\n", "study.toml:6", "not an axis of the study"},
+        {"[bifurcation]\ndirection = \"sideways\"\n", "study.toml:6", ""},
+        {"[bifurcation]\ndirection = \"none\"\n", "", "at least one start"},
+        {"[bifurcation]\nstarts = 2\n", "study.toml:6", "all starts are identical"},
+        {"[bifurcation]\nkeep = 2.5\n", "", "a whole number"},
+        {"[bifurcation]\nstep = 2\n", "study.toml:6", ""},
+        {"[bifurcation]\nset = [\"surfaces.hard.restitutio=0.5\"]\n", "study.toml:5", "did you mean"},
+        {"[bifurcation]\nsection = \"each touch of nothing\"\n", "study.toml:6", "bifurcation.section: "},
+        {"[bifurcation]\ncolumns = [\"ball.z\"]\n", "study.toml:6:", "columns: "},
+        {"[basin]\n", "study.toml:5", "y"}}) {
+    const auto said = test::refusal_of([&, rest = rest] {
+      const auto study = desk.read(head + rest);
+      if (study.bifurcation) run_bifurcation(study, desk.at("a.db"));
+    });
+    CHECK_THAT(said, Catch::Contains(place) && Catch::Contains(message));
+  }
 }
 
 TEST_CASE("a diagram's axis key cannot be set as well, and an invalid value is reported at its place",
           "[attractors][errors]") {
-  const test::TemporaryFolder folder;
-  std::filesystem::copy_file(test::source_folder() / "cases/ball-on-table/scene.toml",
-                             folder.path() / "b.toml");
+  const test::StudyDesk desk;
+  desk.put("b.toml", test::file_text(ball_scene));
   const std::string head =
       "scene = \"b.toml\"\n[axes.g]\nkey = \"curves.shake.amplitude\"\nvalues = [9e-4, 1e-3]\n[axes.e]\n"
       "key = \"surfaces.hard.restitution\"\nvalues = [0.7, 0.8]\n";
-  CHECK_THROWS_WITH(study_of(folder, head + "[bifurcation]\nset = [\"curves.shake.amplitude=1\"]\n"),
+  CHECK_THROWS_WITH(desk.read(head + "[bifurcation]\nset = [\"curves.shake.amplitude=1\"]\n"),
                     Catch::Contains("bifurcation.set: curves.shake.amplitude is varied by axis g"));
-  CHECK_THROWS_WITH(study_of(folder, head + "[basin]\nset = [\"surfaces.hard.restitution = 1\"]\n"),
+  CHECK_THROWS_WITH(desk.read(head + "[basin]\nset = [\"surfaces.hard.restitution = 1\"]\n"),
                     Catch::Contains("basin.set: surfaces.hard.restitution is varied by axis e"));
   // Of an axis that the diagram does not name the key may be set.
-  const auto study = study_of(
-      folder, head + "[bifurcation]\nsection = \"each touch\"\nset = [\"surfaces.hard.restitution=2\"]\n");
-  CHECK_THROWS_WITH(run_bifurcation(study, folder.path() / "a.db"),
+  const auto study =
+      desk.read(head + "[bifurcation]\nsection = \"each touch\"\nset = [\"surfaces.hard.restitution=2\"]\n");
+  CHECK_THROWS_WITH(run_bifurcation(study, desk.at("a.db")),
                     Catch::Contains("study.toml:8:1: bifurcation: ") && Catch::Contains("bifurcation") &&
                         Catch::Contains("must be between 0 and 1"));
 }

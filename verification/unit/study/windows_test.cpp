@@ -1,11 +1,6 @@
 // Batch means by hand: counts, shares and energies whose scatter has a closed form.
-#include <catch2/catch.hpp>
-
-#include <cmath>
-#include <memory>
-#include <numbers>
-
 #include "simulation/statistics.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 
@@ -32,14 +27,40 @@ class LedgerStep final : public Step {
   Forces none_;
 };
 
+/// One contact; a revolution lasts 1 s.
+Layout layout_of(double duration) {
+  Layout layout;
+  layout.contacts = {"a"};
+  layout.crank_speed = 2 * std::numbers::pi;
+  layout.duration = duration;
+  return layout;
+}
+
+Event event_at(double t, EventKind kind = EventKind::impact) {
+  Event e;
+  e.kind = kind;
+  e.t = t;
+  e.v_n_minus = -1;
+  return e;
+}
+
+/// Ends the observation at t; results of one contact.
+Result end_of(std::initializer_list<Observer*> observers, double t, double discard = 0) {
+  const std::vector<double> undecided{NAN};
+  const Ending ending;
+  Result r;
+  r.t_end = t;
+  r.observed = r.revolutions = t - discard;
+  r.contacts.resize(1);
+  for (auto* observer : observers) observer->end({ending, t, {}, undecided});
+  return r;
+}
+
 /// A revolution lasts 1 s. Revolution i (from 0) has count(i) impacts of 1 m/s, and count(i) J of
 /// the drive's work, at its end.
 template <class Count>
 Result watched(int turns, double discard, const Count& count, int resume_after = -1) {
-  Layout layout;
-  layout.contacts = {"a"};
-  layout.crank_speed = 2 * std::numbers::pi;
-  layout.duration = turns;
+  const auto layout = layout_of(turns);
   auto watcher = std::make_unique<WindowStatistics>(discard, turns);
   ContactStatistics plain(discard);
   watcher->begin(layout, {});
@@ -48,9 +69,7 @@ Result watched(int turns, double discard, const Count& count, int resume_after =
   ledger.initial = ledger.kinetic = 5;
   for (int i = 0; i < turns; ++i) {
     for (int k = 0; k < count(i); ++k) {
-      Event e;
-      e.t = i + (k + 0.5) / 10;
-      e.v_n_minus = -1;
+      const auto e = event_at(i + (k + 0.5) / 10);
       watcher->event(e);
       plain.event(e);
     }
@@ -67,17 +86,8 @@ Result watched(int turns, double discard, const Count& count, int resume_after =
     watcher->load(reader);
     watcher->begin(layout, {});
   }
-  const std::vector<double> undecided{NAN};
-  const Ending ending;
-  const RunEnd end{ending, static_cast<double>(turns), {}, undecided};
-  watcher->end(end);
-  plain.end(end);
-  Result r;
-  r.t_end = turns;
-  r.observed = turns - discard;
-  r.revolutions = r.observed;
+  auto r = end_of({watcher.get(), &plain}, turns, discard);
   r.ledger = ledger;
-  r.contacts.resize(1);
   plain.into(r);
   watcher->into(r);
   return r;
@@ -125,24 +135,12 @@ TEST_CASE("batch means: revolutions beyond the stored number are merged in pairs
 TEST_CASE("batch means: a lasting contact is divided among the batches it spans", "[windows]") {
   // From 0.5 to 2.5 of four revolutions: flights of 0.5, 0, 0.5 and 1 of them; mean 0.5,
   // √((0.25 + 0.25)/12).
-  Layout layout;
-  layout.contacts = {"a"};
-  layout.crank_speed = 2 * std::numbers::pi;
   WindowStatistics windows(0, 4);
-  windows.begin(layout, {});
-  Event e;
-  e.kind = EventKind::contact;
-  e.t = 0.5;
-  windows.event(e);
-  e.kind = EventKind::separation;
-  e.t = 2.5;
-  windows.event(e);
+  windows.begin(layout_of(0), {});
+  windows.event(event_at(0.5, EventKind::contact));
+  windows.event(event_at(2.5, EventKind::separation));
   for (int i = 0; i < 4; ++i) windows.step(LedgerStep(i, i + 1, {}));
-  const std::vector<double> undecided{NAN};
-  windows.end({{}, 4, {}, undecided});
-  Result r;
-  r.t_end = r.observed = r.revolutions = 4;
-  r.contacts.resize(1);
+  auto r = end_of({&windows}, 4);
   windows.into(r);
   CHECK(r.contacts[0].flight_error == Approx(std::sqrt(0.5 / 12)));
   CHECK(r.contacts[0].lasting_error == Approx(std::sqrt(0.5 / 12)));
@@ -157,19 +155,12 @@ TEST_CASE("batch means: a resumed run gives the same error", "[windows]") {
 }
 
 TEST_CASE("an impact under way at the start of the window counts with its part inside it", "[windows]") {
-  Layout layout;
-  layout.contacts = {"a"};
   ContactStatistics plain(1);
-  plain.begin(layout, {});
-  Event e;
-  e.t = 0.9;
+  plain.begin(layout_of(0), {});
+  auto e = event_at(0.9);
   e.duration = 0.3;
-  e.v_n_minus = -1;
   plain.event(e);
-  const std::vector<double> undecided{NAN};
-  plain.end({{}, 3, {}, undecided});
-  Result r;
-  r.contacts.resize(1);
+  auto r = end_of({&plain}, 3);
   plain.into(r);
   CHECK(r.contacts[0].impact_fraction == Approx(0.2 / 2));
   CHECK(r.contacts[0].impacts == 0);  // the impact was before
