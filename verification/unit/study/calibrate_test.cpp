@@ -249,7 +249,7 @@ TEST_CASE("a run compared with a noisy measurement contains its noise", "[calibr
 }
 
 TEST_CASE("statistics that vary faster than the points of the design do not exclude the true value",
-          "[calibrate]") {
+          "[calibrate][slow]") {
   // A slider-crank whose statistics wave over the clearance with a period of a tenth of its range:
   // 16 points do not resolve that. The targets are those of runs with 0.25 mm, with 1 %, 0.2 % and
   // 1 %. A surface that is believed between its points rejected the true value.
