@@ -1,6 +1,5 @@
 // Lubricant films in the nonsmooth schemes: extreme parameters, hand-overs to dry contact, several
 // joints. Closed forms are in verification/claims/films.cpp.
-#include "verification/property/comparison/snapshot_check.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -83,26 +82,4 @@ TEST_CASE("a fixed step longer than the passage of a film's thickness is reporte
   const auto fine = finished(pin({"run.revolutions=0.1"}, ways[0]), ways[0]);
   CHECK(std::ranges::none_of(fine.notes,
                              [](const std::string& note) { return note.find("film") != note.npos; }));
-}
-
-TEST_CASE("snapshots: a film in the nonsmooth schemes", "[films][snapshot]") {
-  using namespace freeplay::snapshots;
-  auto scene = rig();
-  const std::string surface = "surface = \"steel\"\n";
-  scene.insert(scene.find(surface), "bearing_length = 0.02\nlubricant = \"oil\"\n");
-  scene += "[lubricants.oil]\nviscosity = 0.004\nhand_over = 1e-5\n";
-  for (const char* scheme : {"moreau-jean", "event-driven", "automatic"})
-    check({scene,
-           "nonsmooth",
-           {fmt::format("nonsmooth.scheme=\"{}\"", scheme), "run.duration=0.02", "run.discard=0.01",
-            "run.output_step=1e-4"},
-           {snapshots::film}});
-  // Stiff: the implicit method is active.
-  auto stiff = scene;
-  stiff.replace(stiff.find("viscosity = 0.004"), 17, "viscosity = 40.0 ");
-  check({stiff,
-         "nonsmooth",
-         {"nonsmooth.scheme=\"event-driven\"", "run.duration=0.01", "run.discard=0.001",
-          "run.output_step=1e-4"},
-         {snapshots::film}});
 }

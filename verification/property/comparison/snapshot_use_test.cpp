@@ -1,18 +1,25 @@
 // Snapshots in use: return to the start, observation from the snapshot on, a changed start, files,
 // and refusals.
-#include <catch2/catch.hpp>
-
 #include "verification/property/comparison/snapshot_check.hpp"
-#include "verification/support/ways.hpp"
 
 using namespace freeplay;
 using namespace freeplay::snapshots;
 using Catch::Matchers::Contains;
 
+namespace {
+
+Scene crank(std::vector<std::string> set = {"run.duration=0.01"}) {
+  set.emplace_back("penalty.tolerance=1e-7");
+  return read_scene(test::scene_file("instrumented_crank"), set);
+}
+
+}  // namespace
+
 TEST_CASE("snapshots: return to a state before the first step, in a simulation that has run", "[snapshot]") {
-  const auto check_again = [](const Scene& scene, const std::string& formulation) {
-    CAPTURE(formulation, scene.overrides);
-    Simulation simulation(scene, formulation);
+  const auto check_again = [](const std::string& text, const std::string& formulation,
+                              const std::vector<std::string>& set) {
+    CAPTURE(formulation, set);
+    Simulation simulation(parse_scene(text, "snapshot.toml", set), formulation);
     const auto empty = simulation.snapshot();
     Record first(simulation, true), second(simulation, true);
     const auto whole = test::finished(simulation, {&first});
@@ -24,26 +31,18 @@ TEST_CASE("snapshots: return to a state before the first step, in a simulation t
     CHECK((second.samples == first.samples));
     CHECK((bits_of(again) == bits_of(whole)));
   };
-  for (const char* integrator :
-       {"rk4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"}) {
-    const auto with = fmt::format("penalty.integrator=\"{}\"", integrator);
-    std::vector<std::string> sets{with, "penalty.tolerance=1e-7", "run.duration=0.012"};
-    if (std::string_view(integrator) == "rk4") sets.emplace_back("penalty.step=1e-5");
-    check_again(parse_scene(rig(), "snapshot.toml", sets), "penalty");
-  }
-  for (const char* scheme : {"moreau-jean", "event-driven"}) {
-    const auto with = fmt::format("nonsmooth.scheme=\"{}\"", scheme);
-    check_again(parse_scene(chain(), "snapshot.toml",
-                            {with, scheme[0] == 'm' ? "nonsmooth.step=5e-4" : "nonsmooth.tolerance=1e-6",
-                             "run.duration=0.1"}),
-                "nonsmooth");
-  }
-  for (const char* scheme : {"moreau-jean", "automatic"})
-    check_again(parse_scene(test::random_pile(1), "snapshot.toml",
-                            {fmt::format("nonsmooth.scheme=\"{}\"", scheme), "run.duration=0.45"}),
-                "nonsmooth");
-  check_again(parse_scene(chain(), "snapshot.toml", {"penalty.tolerance=1e-7", "run.duration=0.05"}),
-              "penalty");
+  for (const std::string integrator :
+       {"rk4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"})
+    check_again(text("instrumented_crank"), "penalty",
+                {"penalty.integrator=" + integrator, "penalty.tolerance=1e-7", "run.duration=0.012",
+                 "penalty.step=1e-5"});
+  check_again(chain(), "penalty", {"penalty.tolerance=1e-7", "run.duration=0.05"});
+  check_again(chain(), "nonsmooth",
+              {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=5e-4", "run.duration=0.1"});
+  check_again(chain(), "nonsmooth",
+              {"nonsmooth.scheme=event-driven", "nonsmooth.tolerance=1e-6", "run.duration=0.1"});
+  for (const std::string scheme : {"moreau-jean", "automatic"})
+    check_again(test::random_pile(1), "nonsmooth", {"nonsmooth.scheme=" + scheme, "run.duration=0.45"});
 }
 
 TEST_CASE("snapshots: observation that begins after the snapshot", "[snapshot]") {
@@ -77,7 +76,7 @@ TEST_CASE("snapshots: a changed start is included", "[snapshot]") {
 }
 
 TEST_CASE("snapshots: paused instruments resume at the present time", "[snapshot][instruments]") {
-  const auto scene = parse_scene(rig(), "snapshot.toml", {"run.duration=0.03", "penalty.tolerance=1e-7"});
+  const auto scene = crank({"run.duration=0.03"});
   Simulation rested(scene, "penalty");
   rested.run({.until = 0.0151});
   test::Listener listener;
@@ -99,7 +98,7 @@ TEST_CASE("snapshots: paused instruments resume at the present time", "[snapshot
 TEST_CASE("snapshots: written to a file and read back", "[snapshot][files]") {
   test::TemporaryFolder folder;
   const auto file = folder.path() / "a.snapshot";
-  const auto scene = parse_scene(rig(), "snapshot.toml", {"run.duration=0.01", "penalty.tolerance=1e-7"});
+  const auto scene = crank();
   Simulation one(scene, "penalty"), two(scene, "penalty");
   one.run({.until = 0.007});
   const auto s = one.snapshot();
@@ -120,8 +119,7 @@ TEST_CASE("snapshots: written to a file and read back", "[snapshot][files]") {
 TEST_CASE("snapshots: one that does not fit is refused, and the simulation stays unchanged",
           "[snapshot][files]") {
   test::TemporaryFolder folder;
-  const std::vector<std::string> set{"run.duration=0.01", "penalty.tolerance=1e-7"};
-  const auto scene = parse_scene(rig(), "snapshot.toml", set);
+  const auto scene = crank();
   Simulation simulation(scene, "penalty");
   simulation.run({.until = 0.007});
   const auto own = simulation.snapshot();
@@ -133,17 +131,11 @@ TEST_CASE("snapshots: one that does not fit is refused, and the simulation stays
     CHECK_THROWS_WITH(simulation.restore(s), Contains(why));
     CHECK((simulation.snapshot().memory == own.memory));
   };
-  {
-    auto set_other = set;
-    set_other.push_back("joints.gudgeon.clearance=3e-4");
-    Simulation other(parse_scene(rig(), "snapshot.toml", set_other), "penalty");
-    refused(other.snapshot(), "joints.gudgeon.clearance is 0.00025 here and 0.0003 there");
-    Simulation longer(parse_scene(rig(), "snapshot.toml", {"run.duration=0.02", "penalty.tolerance=1e-7"}),
-                      "penalty");
-    refused(longer.snapshot(), "run.duration is 0.01 here and 0.02 there");
-    Simulation another(read_scene(test::scene_file("pendulum")), "penalty");
-    refused(another.snapshot(), "is of another scene");
-  }
+  const auto of = [](const Scene& other) { return Simulation(other, "penalty").snapshot(); };
+  refused(of(crank({"run.duration=0.01", "joints.gudgeon.clearance=3e-4"})),
+          "joints.gudgeon.clearance is 0.00025 here and 0.0003 there");
+  refused(of(crank({"run.duration=0.02"})), "run.duration is 0.01 here and 0.02 there");
+  refused(of(read_scene(test::scene_file("pendulum"))), "is of another scene");
   Simulation nonsmooth(scene, "nonsmooth"), matched(scene, "nonsmooth", {.matched = true});
   refused(nonsmooth.snapshot(),
           "is of another formulation: formulation is \"penalty\" here and \"nonsmooth\" there");

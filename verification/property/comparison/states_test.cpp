@@ -10,13 +10,11 @@ namespace {
 
 constexpr double J = 0.2, T = 0.05, u = 3, until = 0.2;
 
-Scene rotor() {
-  auto scene = parse_scene(test::body("rotor", 1, 0.2) + test::pin("shaft", "ground", "rotor") +
-                               test::drive("motor", "shaft", "torque = 3\nlag = 0.05\n") +
-                               "[instruments.gauge]\ntype = \"torque\"\ndrive = \"motor\"\nbandwidth = 1e5\n"
-                               "sampling = 1e6\n" +
-                               test::run_for(0.2),
-                           "rotor");
+Scene rotor(const std::string& more = "") {
+  auto scene =
+      parse_scene(test::body("rotor", 1, 0.2) + test::pin("shaft", "ground", "rotor") +
+                      test::drive("motor", "shaft", "torque = 3\nlag = 0.05\n") + more + test::run_for(0.2),
+                  "rotor");
   scene.penalty.step = 1e-3;  // read by rk4 alone
   return scene;
 }
@@ -28,7 +26,6 @@ double torque(double t) { return u * (1 - std::exp(-t / T)); }
 
 TEST_CASE("a lagging torque: all integrators carry its state", "[states]") {
   auto scene = rotor();
-  scene.instruments.clear();
   for (const auto integrator : {Integrator::rk4, Integrator::dopri5, Integrator::bulirsch_stoer,
                                 Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
     CAPTURE(static_cast<int>(integrator));
@@ -47,7 +44,6 @@ TEST_CASE("a lagging torque: all integrators carry its state", "[states]") {
 
 TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]") {
   auto scene = rotor();
-  scene.instruments.clear();
   scene.nonsmooth.scheme = Scheme::event_driven;
   Simulation events(scene, "nonsmooth");
   events.run();
@@ -76,7 +72,6 @@ TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]"
 
 TEST_CASE("a step too long for the lag is refused with its reason", "[states]") {
   auto scene = rotor();
-  scene.instruments.clear();
   scene.set("drives.motor.lag", "1e-4");
   scene.nonsmooth.step = 1e-2;
   const auto run = test::simulate(scene, Family::nonsmooth);
@@ -95,25 +90,11 @@ TEST_CASE("a torque sensor shows the lagging torque", "[states]") {
       if (t > 1e-4) worst = std::max(worst, std::abs(value - torque(t)));
       last = t;
     };
-    auto scene = rotor();
+    auto scene =
+        rotor("[instruments.gauge]\ntype = \"torque\"\ndrive = \"motor\"\nbandwidth = 1e5\nsampling = 1e6\n");
     scene.run.duration = 0.02;
     Simulation(scene, formulation).run({.observers = {&listener}});
     CHECK(last > 0.0199);
     CHECK(worst < 1e-4 * u);
-  }
-}
-
-TEST_CASE("a snapshot carries the internal states of elements", "[states][snapshot]") {
-  auto scene = rotor();
-  scene.instruments.clear();
-  for (const char* formulation : {"penalty", "nonsmooth"}) {
-    Simulation whole(scene, formulation), rest(scene, formulation);
-    whole.run({.until = 0.07});
-    rest.restore(whole.snapshot());
-    whole.run();
-    rest.run();
-    CHECK(rest.state().z == whole.state().z);
-    CHECK(rest.state().v == whole.state().v);
-    CHECK(rest.state().z.at(0) != 0);
   }
 }
