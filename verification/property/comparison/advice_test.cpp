@@ -15,15 +15,20 @@ namespace {
 
 using Oracle = reference::SliderCrankOracle<long double>;
 
+ContactEvent impact(double t, double v_n_minus, double impulse_n, int contact = 0) {
+  ContactEvent e;
+  e.t = t;
+  e.v_n_minus = v_n_minus;
+  e.impulse_n = impulse_n;
+  e.contact = contact;
+  return e;
+}
+
 std::vector<ContactEvent> events(const reference::OracleRun<long double>& run) {
   std::vector<ContactEvent> list;
-  for (const auto& i : run.impacts) {
-    ContactEvent e;
-    e.t = static_cast<double>(i.t);
-    e.v_n_minus = static_cast<double>(i.v_n_minus);
-    e.impulse_n = static_cast<double>(i.impulse_n);
-    list.push_back(e);
-  }
+  for (const auto& i : run.impacts)
+    list.push_back(
+        impact(static_cast<double>(i.t), static_cast<double>(i.v_n_minus), static_cast<double>(i.impulse_n)));
   return list;
 }
 
@@ -148,13 +153,8 @@ TEST_CASE("recommended settings reach their accuracy for a guide with clearance,
     REQUIRE(advice.by_events);
     std::vector<ContactEvent> exact;
     for (const auto& i : table.impacts) {
-      ContactEvent e;
-      e.t = i.t;
-      e.v_n_minus = i.v_n_minus;
-      e.impulse_n = i.impulse_n;
-      for (std::size_t k = 0; k < contacts.size(); ++k)
-        if (contacts[k] == std::string("guide.") + i.corner) e.contact = static_cast<int>(k);
-      exact.push_back(e);
+      const auto corner = std::ranges::find(contacts, std::string("guide.") + i.corner) - contacts.begin();
+      exact.push_back(impact(i.t, i.v_n_minus, i.impulse_n, static_cast<int>(corner)));
     }
     REQUIRE(advice.reference.touches.size() >= 4);
     exact.resize(std::min(exact.size(), advice.reference.touches.size()));
@@ -255,29 +255,4 @@ TEST_CASE("the state is compared in the flight before the last compared contact"
     CHECK(reference.state_time < touches.back().t);
     CHECK(reference.state.t == Approx(reference.state_time).epsilon(1e-12));
   }
-}
-
-TEST_CASE("--accuracy chooses settings, --set overrides them, advise prints the keys to set",
-          "[advice][program]") {
-  test::TemporaryFolder folder;
-  const auto scene = test::flores().string() + " --set run.revolutions=0.05 --set run.discard=0 -o " +
-                     folder.path().string();
-  long steps[3];
-  int i = 0;
-  for (const char* accuracy : {"fast", "balanced", "reference"}) {
-    const auto o = test::succeeded("run " + scene + " --formulation penalty --accuracy " + accuracy);
-    steps[i++] = std::stol(o.out.substr(o.out.find(" in ") + 4));
-  }
-  CHECK(steps[0] < steps[1]);
-  CHECK(steps[1] < steps[2]);
-  const auto o = test::freeplay(
-      "run " + scene + " --formulation nonsmooth --accuracy fast --set nonsmooth.scheme=moreau-jean" +
-      " --set nonsmooth.step=1e-3");
-  CHECK_THAT(o.out, Catch::Matchers::Contains("in 15 steps"));
-  CHECK(test::freeplay("run " + scene + " --formulation penalty --accuracy quick").status == 2);
-  const auto advice = test::succeeded(
-      "advise " + test::flores().string() +
-      " --set run.revolutions=0.05 --set run.discard=0 --set penalty.contact=exact --error 1%");
-  CHECK_THAT(advice.out, Catch::Matchers::Contains("--set penalty.integrator=") &&
-                             Catch::Matchers::Contains("--set nonsmooth."));
 }

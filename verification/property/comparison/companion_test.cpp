@@ -141,16 +141,3 @@ TEST_CASE("a companion run changes no digit and gives no estimate where it has n
   scene.run.duration = 2e-3;  // before the first contact
   CHECK_FALSE(doubt_first_touches(scene, {}, {}));
 }
-
-TEST_CASE("a step too long for the first contacts is reported as doubtful", "[companion][program]") {
-  test::TemporaryFolder folder;
-  const auto run = [&](const char* step) {
-    return test::freeplay(
-        "run " + test::scene_file("gudgeon_1mm_250rpm").string() +
-        " --formulation nonsmooth --set run.duration=0.05 --set run.discard=0 --set nonsmooth.step=" + step +
-        " -o " + folder.path().string());
-  };
-  CHECK_THAT(run("1e-6").out, Contains("estimated error of the first") && !Contains("warning: "));
-  CHECK_THAT(run("1e-3").out,
-             Contains("changes the first") || Contains("warning: estimated error of the first"));
-}

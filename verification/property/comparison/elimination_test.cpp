@@ -49,18 +49,6 @@ TEST_CASE("the motion with and without elimination of coordinates is the same", 
     }
 }
 
-TEST_CASE("check reports the eliminated coordinates and omitted elements, with reasons",
-          "[elimination][program]") {
-  using Catch::Matchers::Contains;
-  const auto o = test::succeeded("check " + test::flores().string() + " --why");
-  CHECK_THAT(o.out, Contains("crank.x, crank.y") && Contains("slider.theta"));
-  CHECK_THAT(o.out, Contains("each is fixed by a single constraint row") &&
-                        Contains("film of gudgeon: no lubricant is given"));
-  CHECK_THAT(test::freeplay("check " + test::flores().string() + " --why --set run.eliminate=false").out,
-             Contains("keeps the full DAE"));
-  CHECK(test::freeplay("check " + test::flores().string() + " --set run.eliminate=3").status == 2);
-}
-
 namespace {
 
 struct Rung {

@@ -8,27 +8,6 @@
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 
-TEST_CASE("two hundred random scenes are correct, doubtful or refused in every method",
-          "[strangers][program][long]") {
-  test::TemporaryFolder folder;
-  const auto place = folder.path().string();
-  const auto o =
-      test::freeplay("extremes --strangers 200 --seed 17 -o " + place + "/out --document " + place + "/doc");
-  CAPTURE(o.out, o.err);
-  std::ifstream in(folder.path() / "out/strangers.csv");
-  std::string line;
-  int rows = 0, refused = 0, defects = 0;
-  for (std::getline(in, line); std::getline(in, line); ++rows) {
-    refused += line.find(",refused,") != line.npos;
-    defects += line.find(",SILENT,") != line.npos || line.find(",HUNG,") != line.npos ||
-               line.find(",CRASHED,") != line.npos;
-  }
-  CHECK(defects == 0);
-  CHECK(rows > 450);
-  CHECK(refused <= 0.03 * rows);
-  CHECK(std::filesystem::exists(folder.path() / "doc/random-scenes.md"));
-}
-
 TEST_CASE("random scenes with former silent errors or unjustified refusals are correct",
           "[strangers][once]") {
   // Former errors of these scenes: a sweep over velocities that friction drove on; a couple of
@@ -103,31 +82,32 @@ TEST_CASE("seed and index alone determine a random scene, and every kind of scen
   }
   CHECK(seen.size() == kinds(Suite::agreement).size());
   CHECK(heaviest > 1e3);
-  for (const char* word : {"\"revolute\"",
-                           "\"translational\"",
-                           "\"gear\"",
-                           "\"rack\"",
-                           "\"slot\"",
-                           "\"travel-stop\"",
-                           "\"angle-stop\"",
-                           "\"plane\"",
-                           "\"discs\"",
-                           "clearance",
-                           "slider_length",
-                           "lubricant",
-                           "torque_table",
-                           "against = \"angle\"",
-                           "lag",
-                           "speed =",
-                           "\"spring-damper\"",
-                           "\"torsional-spring-damper\"",
-                           "\"joint-friction\"",
-                           "\"force\"",
-                           "\"torque\"",
-                           "friction =",
-                           "restitution = 0\n",
-                           "restitution = 1\n",
-                           "tangential_restitution"}) {
+  const auto words = {"\"revolute\"",
+                      "\"translational\"",
+                      "\"gear\"",
+                      "\"rack\"",
+                      "\"slot\"",
+                      "\"travel-stop\"",
+                      "\"angle-stop\"",
+                      "\"plane\"",
+                      "\"discs\"",
+                      "clearance",
+                      "slider_length",
+                      "lubricant",
+                      "torque_table",
+                      "against = \"angle\"",
+                      "lag",
+                      "speed =",
+                      "\"spring-damper\"",
+                      "\"torsional-spring-damper\"",
+                      "\"joint-friction\"",
+                      "\"force\"",
+                      "\"torque\"",
+                      "friction =",
+                      "restitution = 0\n",
+                      "restitution = 1\n",
+                      "tangential_restitution"};
+  for (const char* word : words) {
     CAPTURE(word);
     CHECK(all.find(word) != all.npos);
   }
