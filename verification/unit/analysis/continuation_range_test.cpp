@@ -13,43 +13,46 @@ std::size_t count_of(const Branches& found, BifurcationKind kind) {
   return static_cast<std::size_t>(std::ranges::count(found.bifurcations, kind, &Bifurcation::kind));
 }
 
+/// A loaded table whose contact opens at the amplitude `liftoff`.
+const reference::LoadedTable table{60, 9.81L, 0.3L};
+const double liftoff = static_cast<double>(table.liftoff()),
+             weight = static_cast<double>(table.gravity * table.mass);
+Scene loaded_table(long double share) {
+  return parse_scene(verification::scenes::loaded_table(table, share * table.liftoff()), "table");
+}
+
 }  // namespace
 
 TEST_CASE("a branch ends at the ends of its range also if a step lands there", "[orbit]") {
   // The forced motion of a loaded table depends linearly on its amplitude, so that steps land where
   // they aim: the first step is half of the greatest one.
-  const reference::LoadedTable table{60, 9.81L, 0.3L};
-  const auto unit = static_cast<double>(table.liftoff());
-  const auto scene = parse_scene(verification::scenes::loaded_table(table, 0.5L * table.liftoff()), "table");
-  const auto found = continue_orbit(scene, {.key = "curves.shake.amplitude",
-                                            .from = 0.4 * unit,
-                                            .to = 0.6 * unit,
-                                            .start = 0.5 * unit,
-                                            .step = 0.2 * unit,
-                                            .settle = 0});
+  const auto found = continue_orbit(loaded_table(0.5L), {.key = "curves.shake.amplitude",
+                                                         .from = 0.4 * liftoff,
+                                                         .to = 0.6 * liftoff,
+                                                         .start = 0.5 * liftoff,
+                                                         .step = 0.2 * liftoff,
+                                                         .settle = 0});
   REQUIRE(found.failure.empty());
   REQUIRE(found.ends.size() == 2);
   for (const auto& end : found.ends) CHECK(end.reason == "the range of the key ends");
   const auto [least, greatest] =
       std::ranges::minmax(found.points, {}, [](const BranchPoint& p) { return p.parameter; });
-  CHECK(least.parameter == Approx(0.4 * unit).epsilon(1e-12));
-  CHECK(greatest.parameter == Approx(0.6 * unit).epsilon(1e-12));
+  CHECK(least.parameter == Approx(0.4 * liftoff).epsilon(1e-12));
+  CHECK(greatest.parameter == Approx(0.6 * liftoff).epsilon(1e-12));
   CHECK(found.bifurcations.empty());
 }
 
 TEST_CASE("a branch goes on from the last motion of an earlier one", "[orbit]") {
-  const reference::LoadedTable table{60, 9.81L, 0.3L};
-  const auto unit = static_cast<double>(table.liftoff());
-  const auto scene = parse_scene(verification::scenes::loaded_table(table, 0.5L * table.liftoff()), "table");
+  const auto scene = loaded_table(0.5L);
   const ContinuationRequest first{.key = "curves.shake.amplitude",
-                                  .from = 0.5 * unit,
-                                  .to = 0.6 * unit,
-                                  .step = 0.02 * unit,
+                                  .from = 0.5 * liftoff,
+                                  .to = 0.6 * liftoff,
+                                  .step = 0.02 * liftoff,
                                   .settle = 0};
   const auto short_one = continue_orbit(scene, first);
   REQUIRE(short_one.failure.empty());
   auto longer = first;
-  longer.to = 0.8 * unit;
+  longer.to = 0.8 * liftoff;
   longer.restarts = {{short_one.points.back(), true, "start"}};
   longer.branches = 1;
   const auto found = continue_orbit(scene, longer);
@@ -57,43 +60,33 @@ TEST_CASE("a branch goes on from the last motion of an earlier one", "[orbit]") 
   REQUIRE(found.ends.size() == 1);
   CHECK(found.ends[0].branch == 1);
   CHECK(found.points.front().number == short_one.points.back().number + 1);
-  CHECK(found.points.front().parameter > 0.6 * unit);
-  CHECK(found.points.back().parameter == Approx(0.8 * unit).epsilon(1e-12));
+  CHECK(found.points.front().parameter > 0.6 * liftoff);
+  CHECK(found.points.back().parameter == Approx(0.8 * liftoff).epsilon(1e-12));
   CHECK(found.ends[0].points == found.points.back().number + 1);
   // The least force of the table's contact decreases linearly from the weight to 0 at the lift-off.
-  const auto weight = static_cast<double>(table.gravity * table.mass);
   for (const auto& p : found.points)
-    CHECK(p.orbit.lasting.at(0).least_force == Approx(weight * (1 - p.parameter / unit)).epsilon(1e-8));
-  CHECK_THAT(continue_orbit(scene,
-                            [&] {
-                              auto same = first;
-                              same.restarts = longer.restarts;
-                              return same;
-                            }())
-                 .failure,
-             Catch::Matchers::Contains("give a longer range"));
+    CHECK(p.orbit.lasting.at(0).least_force == Approx(weight * (1 - p.parameter / liftoff)).epsilon(1e-8));
+  auto same = first;
+  same.restarts = longer.restarts;
+  CHECK_THAT(continue_orbit(scene, same).failure, Catch::Matchers::Contains("give a longer range"));
 }
 
 TEST_CASE("zeros of a quantity of the user are located on a branch", "[orbit]") {
-  const reference::LoadedTable table{60, 9.81L, 0.3L};
-  const auto unit = static_cast<double>(table.liftoff()),
-             weight = static_cast<double>(table.gravity * table.mass);
-  const auto scene = parse_scene(verification::scenes::loaded_table(table, 0.3L * table.liftoff()), "table");
   const auto found = continue_orbit(
-      scene,
+      loaded_table(0.3L),
       {.key = "curves.shake.amplitude",
-       .from = 0.3 * unit,
-       .to = 0.9 * unit,
+       .from = 0.3 * liftoff,
+       .to = 0.9 * liftoff,
        .settle = 0,
        .events = {{"least_force - 0.55 weight",
                    [&](const BranchPoint& p) { return p.orbit.lasting.at(0).least_force - 0.55 * weight; }},
-                  {"a jump", [&](const BranchPoint& p) { return p.parameter < 0.5 * unit ? -1.0 : 1.0; }},
+                  {"a jump", [&](const BranchPoint& p) { return p.parameter < 0.5 * liftoff ? -1.0 : 1.0; }},
                   {"nothing", [](const BranchPoint&) { return NAN; }}}});
   REQUIRE(found.failure.empty());
   REQUIRE(found.bifurcations.size() == 1);  // not at the jump
   CHECK(found.bifurcations[0].kind == BifurcationKind::event);
   CHECK(found.bifurcations[0].follows == "least_force - 0.55 weight");
-  CHECK(found.bifurcations[0].at.parameter == Approx(0.45 * unit).epsilon(1e-9));
+  CHECK(found.bifurcations[0].at.parameter == Approx(0.45 * liftoff).epsilon(1e-9));
 }
 
 TEST_CASE("branches that cross at a multiplier 1 are followed to both sides", "[orbit]") {
@@ -101,7 +94,7 @@ TEST_CASE("branches that cross at a multiplier 1 are followed to both sides", "[
   // buckles where the rate k of the spring is m g l, into k θ = m g l sin θ.
   const double weight = 2 * 9.81 * 0.5;
   const auto text = "gravity = [0, -9.81]\n" + test::body("rotor", 1, 0.01, "angular_velocity = 6.0\n") +
-                    test::pin("axle", "ground", "rotor") + "[drives.motor]\njoint = \"axle\"\nspeed = 6.0\n" +
+                    test::pin("axle", "ground", "rotor") + test::motor("motor", "axle", 6.0) +
                     test::body("rod", 2, 0.3, "position = [0, 0.5]\n") +
                     test::pin("hinge", "ground", "rod", {}, {0, -0.5}) +
                     test::torsion("spring", "ground", "rod", 1.3 * weight, "damping = 0.8\n") +

@@ -4,8 +4,10 @@
 
 #include "study/comparison/compare.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/unit/analysis/orbit_maps.hpp"
 
 using namespace freeplay;
+using verification::maps::event_driven, verification::maps::wall;
 
 namespace {
 
@@ -13,33 +15,22 @@ constexpr double first_speed = 0.5, wall_distance = 0.2, wall_restitution = 0.8;
 
 /// A point on a rail between two walls.
 std::string ball_between_walls(double duration) {
-  const auto wall = [](const char* name, double at, const char* axis) {
-    return test::plane(fmt::format("{}", name), "ground", "ball", 0, "s",
-                       fmt::format("at = [[{:.17g}, 0], [0, 0]]\naxis = [{}]\nstiffness = 1e8\n", at, axis));
-  };
-  return test::body("ball", 1, 0.01, fmt::format("velocity = [{:.17g}, 0]\n", first_speed)) +
-         test::guide("rail", "ground", "ball") + wall("left", 0, "0, -1") +
-         wall("right", wall_distance, "0, 1") +
-         fmt::format("[surfaces.s]\nrestitution = {:.17g}\n", wall_restitution) + test::run_for(duration) +
-         "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
+  return test::body("ball", 1, 0.01, fmt::format("velocity = [{}, 0]\n", first_speed)) +
+         test::guide("rail", "ground", "ball") + wall("left", "ground", "ball", 0, {0, 0}, {0, -1}) +
+         "stiffness = 1e8\n" + wall("right", "ground", "ball", 0, {wall_distance, 0}, {0, 1}) +
+         "stiffness = 1e8\n" + test::surface("s", wall_restitution) + test::run_for(duration) + event_driven;
 }
 
 /// A disc in a square with a round post: chaotic.
 std::string chaotic_billiard(double slope) {
-  const auto wall = [](const char* name, const char* at, const char* axis) {
-    return test::plane(fmt::format("{}", name), "ground", "disc", 0.01, "s",
-                       fmt::format("at = [[{}], [0, 0]]\naxis = [{}]\n", at, axis));
-  };
-  return test::body("disc", 1, 1e-3,
-                    fmt::format("position = [0.07, 0.01]\nvelocity = [{:.17g}, 0.8]\n", slope)) +
-         "[contacts.post]\ntype = \"discs\"\nbetween = [\"ground\", \"disc\"]\nradii = [0.03, 0.01]\n"
-         "surface = "
-         "\"s\"\n" +
-         wall("left", "-0.1, 0", "0, -1") + wall("right", "0.1, 0", "0, 1") + wall("low", "0, -0.1", "1, 0") +
-         wall("high", "0, 0.1", "-1, 0") +
-         "[surfaces.s]\nyoung = 2e11\npoisson = 0.3\nrestitution = 0.95\n[penalty]\ncontact = \"exact\"\n"
-         "[nonsmooth]\nscheme = \"event-driven\"\n" +
-         test::run_for(3);
+  return test::body("disc", 1, 1e-3, fmt::format("position = [0.07, 0.01]\nvelocity = [{}, 0.8]\n", slope)) +
+         test::discs("post", "ground", "disc", 0.03, 0.01) +
+         wall("left", "ground", "disc", 0.01, {-0.1, 0}, {0, -1}) +
+         wall("right", "ground", "disc", 0.01, {0.1, 0}, {0, 1}) +
+         wall("low", "ground", "disc", 0.01, {0, -0.1}, {1, 0}) +
+         wall("high", "ground", "disc", 0.01, {0, 0.1}, {-1, 0}) +
+         test::surface("s", 0.95, "young = 2e11\npoisson = 0.3\n") +
+         "[penalty]\ncontact = \"exact\"\n[nonsmooth]\nscheme = \"event-driven\"\n" + test::run_for(3);
 }
 
 }  // namespace

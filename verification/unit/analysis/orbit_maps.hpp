@@ -1,5 +1,5 @@
-// Scenes with the return maps of their own coordinates, differenced without the variational equations, for
-// tests of multipliers.
+// Random scenes with impacts, and the return maps of their own coordinates, differenced without the
+// variational equations: for tests of multipliers and exponents.
 #pragma once
 
 #include <complex>
@@ -7,13 +7,11 @@
 #include "analysis/orbit.hpp"
 #include "numerics/dense.hpp"
 #include "verification/random_scenes/numbers.hpp"
-#include "verification/references/sensitivity.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification::maps {
 
 using random_scenes::Draw;
-using random_scenes::toml;
 
 inline const std::string event_driven = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
@@ -42,48 +40,70 @@ inline RandomMap on_rails(std::string text, std::vector<std::size_t> bodies) {
           }};
 }
 
-inline std::string harmonic(double amplitude, double period) {
-  return fmt::format("[curves.shake]\nshape = \"harmonic\"\namplitude = {:.17g}\nperiod = {:.17g}\n",
-                     amplitude, period);
+/// A smooth wall of a body for a disc (or a point, of radius 0) of another one, at a point of the former.
+inline std::string wall(const char* name, const char* of, const char* disc, double radius, Vec2 at,
+                        Vec2 axis) {
+  return test::plane(
+      name, of, disc, radius, "s",
+      fmt::format("at = [[{}, {}], [0, 0]]\naxis = [{}, {}]\n", at.x(), at.y(), axis.x(), axis.y()));
 }
 
+/// The drive of a guide by the harmonic curve "shake"; `keys` say what the curve prescribes.
+inline std::string shaker(const char* guide, double amplitude, double period,
+                          const char* keys = "position = \"shake\"\n") {
+  return test::drive("shaker", guide, keys) + test::harmonic("shake", amplitude, period);
+}
+
+/// Limits of a random number.
+struct Range {
+  double low, high;
+};
+
 /// A disc between two walls of a box that shakes.
+inline std::string disc_in_box(Draw& r, Range restitution) {
+  const double half = r.between(0.07, 0.09), mass = r.between(0.1, 1), amplitude = r.between(0.01, 0.02),
+               period = r.between(0.08, 0.2);
+  return test::body("box", 1, 0.01) + test::body("disc", mass, 1e-3, "velocity = [0.3, 0]\n") +
+         test::guide("guide", "ground", "box") + test::guide("rail", "ground", "disc") +
+         wall("left", "box", "disc", 0.05, {-half, 0}, {0, -1}) +
+         wall("right", "box", "disc", 0.05, {half, 0}, {0, 1}) +
+         test::surface("s", r.between(restitution.low, restitution.high)) +
+         shaker("guide", amplitude, period) + event_driven;
+}
+
+/// Two masses with springs and dampers, one driven by a force, the other with a stop.
+inline std::string masses_with_stop(Draw& r, Range restitution, Range damping) {
+  const auto spring = [&](const char* name, const char* i, const char* j, Vec2 on_i) {
+    const double stiffness = r.between(100, 400);
+    return test::spring(name, i, j, on_i, {}, stiffness, 1,
+                        fmt::format("damping = {}\n", r.between(damping.low, damping.high)));
+  };
+  const double one = r.between(0.3, 1), two = r.between(0.3, 1), amplitude = r.between(2, 6),
+               period = r.between(0.2, 0.4), upper = 1 + r.between(0.002, 0.01);
+  const auto base = spring("base", "ground", "one", {-1, 0}), link = spring("link", "one", "two", {});
+  return test::body("one", one, 0.01) + test::body("two", two, 0.01, "position = [1, 0]\n") +
+         test::guide("first", "ground", "one") + test::guide("second", "ground", "two") + base + link +
+         test::stop("stop", "travel-stop", "second", fmt::format("upper = {}\n", upper)) +
+         test::surface("s", r.between(restitution.low, restitution.high)) +
+         shaker("first", amplitude, period, "force = \"shake\"\nagainst = \"time\"\n") + event_driven;
+}
+
 inline RandomMap disc_in_shaking_box(Draw& r) {
-  const double half = r.between(0.07, 0.09);
-  return on_rails(test::body("box", 1, 0.01) +
-                      test::body("disc", r.between(0.1, 1), 1e-3, "velocity = [0.3, 0]\n") +
-                      test::guide("guide", "ground", "box") + test::guide("rail", "ground", "disc") +
-                      toml(R"([contacts.left]
-type = 'plane'
-between = ['box', 'disc']
-at = [[{}, 0], [0, 0]]
-axis = [0, -1]
-radius = 0.05
-surface = 's'
-[contacts.right]
-type = 'plane'
-between = ['box', 'disc']
-at = [[{}, 0], [0, 0]]
-axis = [0, 1]
-radius = 0.05
-surface = 's'
-[surfaces.s]
-restitution = {}
-[drives.shaker]
-joint = 'guide'
-position = 'shake'
-)",
-                           -half, half, r.between(0.3, 0.7)) +
-                      harmonic(r.between(0.01, 0.02), r.between(0.08, 0.2)) + test::run_for(1) + event_driven,
-                  {1});
+  return on_rails(disc_in_box(r, {0.3, 0.7}) + test::run_for(1), {1});
+}
+
+inline RandomMap two_masses(Draw& r) {
+  return on_rails(masses_with_stop(r, {0.4, 0.8}, {0.5, 3}) + test::run_for(1), {0, 1});
 }
 
 /// A pendulum on the pin of a crank of constant speed, with a spring, a damper and a stop.
 inline RandomMap pendulum_on_crank(Draw& r) {
-  const double arm = r.between(0.03, 0.06), length = r.between(0.15, 0.25);
-  const auto pose = [=](const State& s, double angle, double rate) {
+  const double arm = r.between(0.03, 0.06), length = r.between(0.15, 0.25), mass = r.between(0.5, 2),
+               inertia = r.between(0.005, 0.02), stiffness = r.between(0.5, 2),
+               damping = r.between(0.01, 0.05), stop = -r.between(0.01, 0.05), e = r.between(0.4, 0.8);
+  const auto pose = [=](const State& s, const std::vector<double>& u) {
     State moved = s;
-    const double crank = s.q[2], turn = s.v[2];
+    const double crank = s.q[2], turn = s.v[2], angle = u[0], rate = u[1];
     moved.q[3] = arm * std::cos(crank) + length * std::sin(angle);
     moved.q[4] = arm * std::sin(crank) - length * std::cos(angle);
     moved.q[5] = angle;
@@ -93,108 +113,55 @@ inline RandomMap pendulum_on_crank(Draw& r) {
     return moved;
   };
   return {"gravity = [0, -9.81]\n" + test::body("crank", 1, 0.01) +
-              test::body("bar", r.between(0.5, 2), r.between(0.005, 0.02),
-                         fmt::format("position = [{}, {}]\n", arm, -length)) +
+              test::body("bar", mass, inertia, fmt::format("position = [{}, {}]\n", arm, -length)) +
               test::pin("main", "ground", "crank") +
               test::pin("pivot", "crank", "bar", {arm, 0}, {0, length}) +
-              toml(R"([loads.spring]
-type = 'torsional-spring-damper'
-between = ['ground', 'bar']
-stiffness = {}
-damping = {}
-[contacts.stop]
-type = 'plane'
-between = ['ground', 'bar']
-at = [[{}, 0], [0, {}]]
-axis = [0, -1]
-radius = 0
-surface = 's'
-[surfaces.s]
-restitution = {}
-[drives.motor]
-joint = 'main'
-speed = {}
-)",
-                   r.between(0.5, 2), r.between(0.01, 0.05), -r.between(0.01, 0.05), -length,
-                   r.between(0.4, 0.8), r.between(6, 12)) +
-              test::run_for(1) + event_driven,
+              test::torsion("spring", "ground", "bar", stiffness, fmt::format("damping = {}\n", damping)) +
+              test::plane("stop", "ground", "bar", 0, "s",
+                          fmt::format("at = [[{}, 0], [0, {}]]\naxis = [0, -1]\n", stop, -length)) +
+              test::surface("s", e) + test::motor("motor", "main", r.between(6, 12)) + test::run_for(1) +
+              event_driven,
           [](const State& s) {
             return std::vector{s.q[5], s.v[5]};
           },
-          [=](const State& s, const std::vector<double>& u) { return pose(s, u[0], u[1]); }};
-}
-
-/// Two masses with springs and dampers, one driven by a force, the other with a stop.
-inline RandomMap two_masses(Draw& r) {
-  const auto damper = [&] { return fmt::format("damping = {:.17g}\n", r.between(0.5, 3)); };
-  return on_rails(
-      test::body("one", r.between(0.3, 1), 0.01) +
-          test::body("two", r.between(0.3, 1), 0.01, "position = [1, 0]\n") +
-          test::guide("first", "ground", "one") + test::guide("second", "ground", "two") +
-          test::spring("base", "ground", "one", {-1, 0}, {0, 0}, r.between(100, 400), 1, damper()) +
-          test::spring("link", "one", "two", {0, 0}, {0, 0}, r.between(100, 400), 1, damper()) +
-          toml(R"([contacts.stop]
-type = 'travel-stop'
-joint = 'second'
-upper = {}
-surface = 's'
-[surfaces.s]
-restitution = {}
-[drives.shaker]
-joint = 'first'
-force = 'shake'
-against = 'time'
-)",
-               1 + r.between(0.002, 0.01), r.between(0.4, 0.8)) +
-          harmonic(r.between(2, 6), r.between(0.2, 0.4)) + test::run_for(1) + event_driven,
-      {0, 1});
+          pose};
 }
 
 /// A journal that stays in contact with a bearing, which shakes; without friction, with a damper. The
 /// contact is closed at the section.
 inline RandomMap journal_in_shaken_bearing(Draw& r) {
-  const double clearance = r.between(0.01, 0.03);
-  const auto pose = [=](const State& s, double angle, double rate) {
+  const double clearance = r.between(0.01, 0.03), mass = r.between(0.5, 2), stiffness = r.between(5, 20),
+               damping = r.between(1, 5), amplitude = r.between(2e-4, 1e-3);
+  const auto pose = [=](const State& s, const std::vector<double>& u) {
     State moved = s;
+    const double angle = u[0], rate = u[1];
     moved.q[3] = s.q[0] + clearance * std::sin(angle);
     moved.q[4] = s.q[1] - clearance * std::cos(angle);
     moved.v[3] = s.v[0] + clearance * rate * std::cos(angle);
     moved.v[4] = s.v[1] + clearance * rate * std::sin(angle);
     return moved;
   };
-  return {"gravity = [0, -9.81]\n" + test::body("bearing", 1, 0.01) +
-              toml(R"([bodies.journal]
-mass = {}
-point = true
-position = [0, {}]
-[joints.pin]
-type = 'revolute'
-between = ['bearing', 'journal']
-at = [[0, 0], [0, 0]]
-clearance = {}
-bearing_radius = 0.05
-surface = 's'
-[loads.damper]
-type = 'spring-damper'
-between = ['bearing', 'journal']
-at = [[0.5, 0], [0, 0]]
-stiffness = {}
-damping = {}
-free_length = 0.5
-[surfaces.s]
-restitution = 0.5
-[drives.shaker]
-joint = 'guide'
-position = 'shake'
-)",
-                   r.between(0.5, 2), -clearance, clearance, r.between(5, 20), r.between(1, 5)) +
-              test::guide("guide", "ground", "bearing") +
-              harmonic(r.between(2e-4, 1e-3), r.between(0.2, 0.5)) + test::run_for(1) + event_driven,
-          [](const State& s) {
-            const double x = s.q[3] - s.q[0], y = s.q[4] - s.q[1], u = s.v[3] - s.v[0], w = s.v[4] - s.v[1];
-            return std::vector{std::atan2(x, -y), (x * w - y * u) / (x * x + y * y)};
-          },
-          [=](const State& s, const std::vector<double>& u) { return pose(s, u[0], u[1]); }};
+  return {
+      "gravity = [0, -9.81]\n" + test::body("bearing", 1, 0.01) +
+          fmt::format("[bodies.journal]\nmass = {}\npoint = true\nposition = [0, {}]\n", mass, -clearance) +
+          test::pin("pin", "bearing", "journal", {}, {}, test::loose(clearance, 0.05)) +
+          test::spring("damper", "bearing", "journal", {0.5, 0}, {}, stiffness, 0.5,
+                       fmt::format("damping = {}\n", damping)) +
+          test::surface("s", 0.5) + test::guide("guide", "ground", "bearing") +
+          shaker("guide", amplitude, r.between(0.2, 0.5)) + test::run_for(1) + event_driven,
+      [](const State& s) {
+        const double x = s.q[3] - s.q[0], y = s.q[4] - s.q[1], u = s.v[3] - s.v[0], w = s.v[4] - s.v[1];
+        return std::vector{std::atan2(x, -y), (x * w - y * u) / (x * x + y * y)};
+      },
+      pose};
+}
+
+/// One of these, in turn.
+inline RandomMap random_map(int i, Draw& r) {
+  return i % 4 == 0   ? disc_in_shaking_box(r)
+         : i % 4 == 1 ? pendulum_on_crank(r)
+         : i % 4 == 2 ? two_masses(r)
+                      : journal_in_shaken_bearing(r);
 }
 
 inline std::vector<double> map_of(const Scene& scene, const char* formulation, const RandomMap& m,
