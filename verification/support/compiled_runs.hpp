@@ -2,8 +2,10 @@
 #pragma once
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +62,17 @@ inline SystemFunctions compiled(const TracedSystem& traced) {
   auto functions = traced.functions(object.table);
   functions.object = object.library;
   return functions;
+}
+
+/// The outputs of a compiled function of numbers; empty if a guard fails.
+inline std::optional<std::vector<double>> call(CompiledFunction f, const TracedObject& object,
+                                               const std::vector<double>& x, std::size_t outputs) {
+  std::vector<double> found(outputs, NAN);
+  std::vector<const double*> in;
+  for (const double& one : x) in.push_back(&one);
+  double* out[] = {found.data()};
+  if (f(object.constants().data(), in.data(), out) != 0) return std::nullopt;
+  return found;
 }
 
 /// Every quantity of the result of a run is bitwise identical.

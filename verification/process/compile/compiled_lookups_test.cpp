@@ -1,7 +1,6 @@
 // Tables, curves and branches on values in compiled functions. The expected digits are those of the
 // templates with plain numbers, which other tests compare with closed forms.
 #include "compile/compiled_object.hpp"
-#include "io/scene/read_scene.hpp"
 #include "mechanism/cam_profile.hpp"
 #include "mechanism/curve.hpp"
 #include "mechanism/piecewise.hpp"
@@ -51,14 +50,11 @@ std::vector<double> places() {
 
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-/// Calls a function of two numbers; empty if a guard fails.
-std::optional<std::vector<double>> call(CompiledFunction f, const TracedObject& object, double a, double b,
-                                        std::size_t outputs) {
-  std::vector<double> found(outputs, NAN);
-  const double* in[] = {&a, &b};
-  double* out[] = {found.data()};
-  if (f(object.constants().data(), in, out) != 0) return std::nullopt;
-  return found;
+/// Whether a compiled function gives these numbers.
+bool gives(CompiledFunction f, const TracedObject& object, double x, const std::vector<double>& expected) {
+  const auto y = test::call(f, object, {x}, expected.size());
+  REQUIRE(y);
+  return std::ranges::equal(*y, expected, same);
 }
 
 std::vector<Piecewise> curves() {
@@ -91,8 +87,7 @@ std::vector<Piecewise> curves() {
 
 }  // namespace
 
-TEST_CASE("compiled look-ups, whole numbers and choices have the digits of plain numbers",
-          "[compiled]") {
+TEST_CASE("compiled look-ups, whole numbers and choices have the digits of plain numbers", "[compiled]") {
   const test::CompilerCache cache;
   const auto object = traced_look_ups(1.5);
   CHECK(object.text() == traced_look_ups(0.7).text());  // tables are constants
@@ -113,10 +108,7 @@ TEST_CASE("compiled look-ups, whole numbers and choices have the digits of plain
   }
   long differing = 0;
   for (const double at : places()) {
-    const auto y = call(*compiled.table, object, at, 0, outputs);
-    REQUIRE(y);
-    const auto expected = looked_up(at, 1.5);
-    for (std::size_t k = 0; k < outputs; ++k) differing += !same((*y)[k], expected[k]);
+    differing += !gives(*compiled.table, object, at, looked_up(at, 1.5));
     for (int lane = 0; lane < width; ++lane) x[lane] = at * (1 + lane);
     const double* in[] = {x};
     double* out[] = {found};
@@ -149,14 +141,11 @@ TEST_CASE("compiled curves: values, slopes, and means of steps without a knot", 
   long differing = 0, taken = 0, refused = 0, unexpected = 0;
   for (std::size_t k = 0; k < list.size(); ++k)
     for (double x = -3; x < 4; x += 1.0 / 64) {
-      const auto y = call(compiled.table[2 * k], object, x, 0, 4);
-      REQUIRE(y);
       const auto j = list[k].jet(x);
-      differing += !(same((*y)[0], j.value) && same((*y)[1], j.slope) && same((*y)[2], j.bend) &&
-                     same((*y)[3], list[k].value(x)));
+      differing += !gives(compiled.table[2 * k], object, x, {j.value, j.slope, j.bend, list[k].value(x)});
       for (const double width : {1e-5, 0.07, -0.07, 0.0}) {
         const double a = x + 0.003, b = a + width;
-        const auto mean = call(compiled.table[2 * k + 1], object, a, b, 1);
+        const auto mean = test::call(compiled.table[2 * k + 1], object, {a, b}, 1);
         const bool between = list[k].next_knot(std::min(a, b)) < std::max(a, b);
         unexpected += mean.has_value() != !(between || width == 0);
         refused += !mean;
@@ -188,40 +177,9 @@ TEST_CASE("a compiled cam profile has the digits of the profile", "[compiled]") 
   long differing = 0;
   for (std::size_t k = 0; k < list.size(); ++k)
     for (double phi = -9; phi < 9; phi += 1.0 / 64) {
-      const auto y = call(compiled.table[k], object, phi, 0, 4);
-      REQUIRE(y);
       const auto expected = list[k].at(phi);
-      differing += !(same((*y)[0], expected.h) && same((*y)[1], expected.d1) && same((*y)[2], expected.d2) &&
-                     same((*y)[3], expected.d3));
+      differing +=
+          !gives(compiled.table[k], object, phi, {expected.h, expected.d1, expected.d2, expected.d3});
     }
   CHECK(differing == 0);
-}
-
-TEST_CASE("runs with tables, stops, teeth and cams have the digits of general runs", "[compiled]") {
-  const test::CompilerCache cache;
-  struct Case {
-    const char* scene;
-    double duration;
-  };
-  for (const auto& c :
-       {Case{"gear-rattle/scene", 0.05}, Case{"published/exudyn-contact-coordinate/scene", 0.3},
-        Case{"published/backlash-joint-driven/scene", 0.3}, Case{"published/car-axis/scene", 0.2},
-        Case{"motor-startup/scene", 0.1}, Case{"positioning-axis/scene", 0.1},
-        Case{"ball-on-table/scene", 0.2}})
-    for (const char* way : {"penalty", "event-driven", "moreau-jean"}) {
-      INFO(c.scene << " " << way);
-      auto scene =
-          test::read_short(test::source_folder() / "cases" / (std::string(c.scene) + ".toml"), c.duration);
-      const bool penalty = way == std::string("penalty");
-      scene.nonsmooth.scheme = way == std::string("moreau-jean") ? Scheme::moreau_jean : Scheme::event_driven;
-      scene.nonsmooth.step = 1e-4;
-      const char* const formulation = penalty ? "penalty" : "nonsmooth";
-      const auto compiled = test::run_as(scene, formulation, Compile::always),
-                 general = test::run_as(scene, formulation, Compile::never);
-      CHECK(compiled.compiled.used);
-      CHECK(compiled.compiled.general_parts.empty());
-      // Five calls or more for each; interpolated states of event location may be refused.
-      CHECK(compiled.compiled.refused <= compiled.work.rhs / 2);
-      test::check_same_run(compiled, general);
-    }
 }

@@ -30,12 +30,10 @@ State at_crank_angle(double angle) {
   return {0, {0, 0, angle, 1.5 * x, 0.5 * y, -angle, 2 * x, 0, 0}, std::vector<double>(9), {}};
 }
 
-/// The text of a pendulum of this length (m).
-std::string pendulum(double length) {
-  return "gravity = [0, -9.81]\n[bodies.bar]\nmass = 1\ninertia = 0.1\n[joints.pin]\ntype = \"revolute\"\n"
-         "between = [\"ground\", \"bar\"]\nat = [[0, 0], [" +
-         std::to_string(length) + ", 0.1]]\n[run]\nduration = 1\nstart = \"assembled\"\n";
-}
+/// A pendulum.
+const auto bar = parse_scene("gravity = [0, -9.81]\n" + test::body("bar", 1, 0.1) +
+                                 test::pin("pin", "ground", "bar", {}, {0.5, 0.1}) + test::run_for(1),
+                             "bar");
 
 TracedSystem traced_of(const Scene& scene, const System& system) {
   return trace_system(system, assemble(scene.mechanism, scene.run.start), {});
@@ -117,7 +115,7 @@ TEST_CASE("pivots that degenerate leave the linear system to the general path", 
 
 TEST_CASE("an object of another structure under the name of this one is not called", "[compiled]") {
   const test::CompilerCache cache;
-  const auto bar = parse_scene(pendulum(0.5), "bar"), crank = parse_scene(equal_lengths, "crank");
+  const auto crank = parse_scene(equal_lengths, "crank");
   System pendulum_system(bar.mechanism), crank_system(crank.mechanism);
   const auto of_bar = traced_of(bar, pendulum_system);
   const auto of_crank = trace_system(crank_system, at_crank_angle(1), {});
@@ -141,7 +139,6 @@ TEST_CASE("an object of another structure under the name of this one is not call
 TEST_CASE("objects and cache folders of another user are not used", "[compiled]") {
   if (geteuid() != 0) return;  // only root can give files away
   const test::CompilerCache cache;
-  const auto bar = parse_scene(pendulum(0.5), "bar");
   const System system(bar.mechanism);
   const auto traced = traced_of(bar, system);
   const auto get = [&] { return compiled_object(traced.object.text(), traced.object.functions()); };
@@ -161,14 +158,13 @@ namespace {
 /// its compilations is the number of lines of the file `log`.
 class OtherCompiler {
  public:
-  explicit OtherCompiler(const std::string& then) : path_(std::getenv("PATH")) {
+  explicit OtherCompiler(const std::string& then) {
     std::ofstream(place_.path() / "cc")
-        << "#!/bin/sh\nPATH=" << path_ << "\ncase $1 in -v) exec cc -v;; esac\necho >>"
+        << "#!/bin/sh\nPATH=" << std::getenv("PATH") << "\ncase $1 in -v) exec cc -v;; esac\necho >>"
         << place_.path().string() << "/log\ncc \"$@\" || exit 1\n" + then + "\n";
     fs::permissions(place_.path() / "cc", fs::perms::owner_all);
-    setenv("PATH", (place_.path().string() + ":" + path_).c_str(), 1);
+    path_.emplace("PATH", (place_.path().string() + ":" + std::getenv("PATH")).c_str());
   }
-  ~OtherCompiler() { setenv("PATH", path_.c_str(), 1); }
   long compilations() const {
     const auto log = place_.path() / "log";
     return fs::exists(log) ? std::ranges::count(test::file_text(log), '\n') : 0;
@@ -176,7 +172,7 @@ class OtherCompiler {
 
  private:
   test::TemporaryFolder place_;
-  std::string path_;
+  std::optional<test::Environment> path_;
 };
 
 const char* const one_function =
@@ -235,15 +231,13 @@ TEST_CASE("an empty entry in PATH does not execute tools of the working folder",
         << "#!/bin/sh\n>" << (folder.path() / "executed").string() << "\nexit 1\n";
     fs::permissions(folder.path() / tool, fs::perms::owner_all);
   }
-  const std::string path = std::getenv("PATH");
+  const test::Environment path("PATH", (":" + std::string(std::getenv("PATH"))).c_str());
   const auto before = fs::current_path();
-  setenv("PATH", (":" + path).c_str(), 1);
   fs::current_path(folder.path());
   const auto done = test::freeplay("run " + test::flores().string() +
                                    " --formulation penalty --compile --no-figures --set run.revolutions=0.02 "
                                    "--set run.discard=0 -o out");
   fs::current_path(before);
-  setenv("PATH", path.c_str(), 1);
   CHECK(done.status == 0);
   CHECK(test::file_text(folder.path() / "out/run.json").find("\"used\": true") != std::string::npos);
   CHECK_FALSE(fs::exists(folder.path() / "executed"));
@@ -253,13 +247,10 @@ TEST_CASE("a mechanism whose compilation would take too long is not compiled, an
           "[compiled]") {
   const test::CompilerCache cache;
   // 3,000 springs have about 370,000 operations: 110 s, more than half the time limit of 120 s.
-  std::string text = "[bodies.b]\nmass = 1\ninertia = 0.1\nposition = [0.1, 0.2]\n";
-  for (int i = 0; i < 3000; ++i) {
-    const auto number = std::to_string(i);
-    text += "[loads.s" + number + "]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nat = [[" +
-            number + ", 1], [0.1" + number + ", 0.1]]\nstiffness = 1\ndamping = 1\nfree_length = 1\n";
-  }
-  text += "[run]\nduration = 1e-4\nstart = \"given\"\n";
+  auto text = test::body("b", 1, 0.1, "position = [0.1, 0.2]\n") + test::run_for(1e-4, "start = \"given\"\n");
+  for (int i = 0; i < 3000; ++i)
+    text += test::spring(fmt::format("s{}", i), "ground", "b", {1.0 * i, 1}, {1.0 / (i + 2), 0.1}, 1, 1,
+                         "damping = 1\n");
   const OtherCompiler never("");
   CompiledStructures structures;
   for (const bool study : {false, true, true}) {
@@ -275,7 +266,6 @@ TEST_CASE("a mechanism whose compilation would take too long is not compiled, an
 
 TEST_CASE("a run compiles only if its rest can save the time", "[compiled]") {
   const test::CompilerCache cache;
-  const auto bar = parse_scene(pendulum(0.5), "bar");
   const System system(bar.mechanism);
   const double seconds = compile_seconds(traced_of(bar, system).object);
   const auto start = assemble(bar.mechanism, bar.run.start);

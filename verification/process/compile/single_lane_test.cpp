@@ -83,8 +83,7 @@ TEST_CASE("a run in its own lane shows few steps, and has the digits of the gene
   }
 }
 
-TEST_CASE("a long run enters its lane when it is compiled, and continues in parts",
-          "[lanes][compiled]") {
+TEST_CASE("a long run enters its lane when it is compiled, and continues in parts", "[lanes][compiled]") {
   const SingleLaneCache cache;
   const auto scene = lane_scene("flores2011", 1.2);  // 60,000 steps, of which 20,000 before
   FewSteps few(0.05), general(0.05);

@@ -6,7 +6,6 @@
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using test::TemporaryFolder;
 
 namespace {
 
@@ -20,25 +19,11 @@ void record_randomly(TracedObject& object, unsigned shared, unsigned own, int op
     auto& random = i < operations / 2 ? same : other;
     const auto any = [&] { return list[random() % list.size()]; };
     const Traced a = any(), b = random() % 4 == 0 ? Traced(scale * static_cast<double>(random() % 5)) : any();
-    switch (random() % 6) {
-      case 0:
-        list.push_back(a + b);
-        break;
-      case 1:
-        list.push_back(a - b);
-        break;
-      case 2:
-        list.push_back(a * b);
-        break;
-      case 3:
-        list.push_back(-a);
-        break;
-      case 4:
-        list.push_back(sin(a));
-        break;
-      default:
-        (void)(a < b);
-    }
+    const auto kind = random() % 6;
+    if (kind == 5)
+      (void)(a < b);
+    else
+      list.push_back(kind == 0 ? a + b : kind == 1 ? a - b : kind == 2 ? a * b : kind == 3 ? -a : sin(a));
   }
   trace.output(0, 0, list.back());
 }
@@ -51,10 +36,9 @@ TracedObject recorded(unsigned shared, unsigned own, int operations, double scal
   return object;
 }
 
-Scene slider_crank(const std::vector<std::string>& changes = {}) {
-  std::vector<std::string> all{"run.discard=0", "run.revolutions=0.2"};
-  all.insert(all.end(), changes.begin(), changes.end());
-  return read_scene("cases/flores2011/scene.toml", all);
+Scene slider_crank(std::vector<std::string> changes = {}) {
+  changes.insert(changes.end(), {"run.discard=0", "run.revolutions=0.2"});
+  return read_scene(test::flores(), changes);
 }
 
 State end_of(const Scene& scene, CompiledStructures* structures = nullptr, bool checked = false) {
@@ -73,24 +57,28 @@ TEST_CASE("an object that follows another one is the object recorded alone", "[c
     const auto like = recorded(seed, 1000 + seed, 60, 0.3);
     // Equal; with other constants; with other operations from the middle on; shorter; longer; and with
     // constants of 0 and 1, which change the structure.
-    const std::vector<std::optional<TracedObject>> followers{
-        recorded(seed, 1000 + seed, 60, 0.3, &like), recorded(seed, 1000 + seed, 60, 0.7, &like),
-        recorded(seed, 2000 + seed, 60, 0.3, &like), recorded(seed, 1000 + seed, 40, 0.3, &like),
-        recorded(seed, 1000 + seed, 90, 0.3, &like), recorded(seed, 1000 + seed, 60, 1, &like)};
-    const std::vector<TracedObject> alone{
-        recorded(seed, 1000 + seed, 60, 0.3), recorded(seed, 1000 + seed, 60, 0.7),
-        recorded(seed, 2000 + seed, 60, 0.3), recorded(seed, 1000 + seed, 40, 0.3),
-        recorded(seed, 1000 + seed, 90, 0.3), recorded(seed, 1000 + seed, 60, 1)};
-    for (std::size_t i = 0; i < alone.size(); ++i) {
-      CHECK(followers[i]->text() == alone[i].text());
-      CHECK(followers[i]->constants() == alone[i].constants());
-      CHECK(followers[i]->same_structure(alone[i]));
-      CHECK(followers[i]->same_structure(like) == alone[i].same_structure(like));
-      shared += followers[i]->same_structure(like) ? 1 : 0;
+    struct Follower {
+      unsigned own;
+      int operations;
+      double scale;
+    };
+    for (const auto& f : {Follower{1000, 60, 0.3},
+                          {1000, 60, 0.7},
+                          {2000, 60, 0.3},
+                          {1000, 40, 0.3},
+                          {1000, 90, 0.3},
+                          {1000, 60, 1}}) {
+      const auto alone = recorded(seed, f.own + seed, f.operations, f.scale),
+                 follower = recorded(seed, f.own + seed, f.operations, f.scale, &like);
+      CHECK(follower.text() == alone.text());
+      CHECK(follower.constants() == alone.constants());
+      CHECK(follower.same_structure(alone));
+      CHECK(follower.same_structure(like) == alone.same_structure(like));
+      shared += follower.same_structure(like) ? 1 : 0;
     }
     // A follower can be followed.
-    CHECK(recorded(seed, 1000 + seed, 60, 0.3, &*followers[2]).text() ==
-          recorded(seed, 1000 + seed, 60, 0.3).text());
+    const auto follower = recorded(seed, 2000 + seed, 60, 0.3, &like);
+    CHECK(recorded(seed, 1000 + seed, 60, 0.3, &follower).text() == like.text());
   }
   CHECK(shared >= 40);  // the first of each; the second if no comparison has another result
   CHECK(shared < 240);
@@ -117,8 +105,7 @@ TEST_CASE("constants that coincide in a follower have one slot, as alone", "[com
   }
 }
 
-TEST_CASE("simulations that share compiled functions have the digits of simulations alone",
-          "[compiled]") {
+TEST_CASE("simulations that share compiled functions have the digits of simulations alone", "[compiled]") {
   const test::CompilerCache cache;
   const std::vector<Scene> scenes{slider_crank(), slider_crank({"joints.gudgeon.clearance=0.4e-3"}),
                                   slider_crank({"surfaces.steel.friction=0"}),
@@ -135,8 +122,7 @@ TEST_CASE("simulations that share compiled functions have the digits of simulati
   }
 }
 
-TEST_CASE("a scene that is known to be valid is not read again, with the same digits",
-          "[compiled]") {
+TEST_CASE("a scene that is known to be valid is not read again, with the same digits", "[compiled]") {
   auto scene = slider_crank();
   CHECK(end_of(scene, nullptr, true).q == end_of(scene).q);
   scene.mechanism.joints.clear();  // drives and contacts name them

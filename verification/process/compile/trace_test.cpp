@@ -3,14 +3,11 @@
 
 #include <sys/stat.h>
 
-#include <algorithm>
-
 #include "compile/compiled_object.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
@@ -41,12 +38,10 @@ TracedObject traced_at(double x, double y, double factor) {
   return object;
 }
 
-/// Calls a function of (x, y); empty if a guard fails.
+/// The value of a function of (x, y); empty if a guard fails.
 std::optional<double> call(CompiledFunction f, const TracedObject& object, double x, double y) {
-  double found = NAN;
-  const double* in[] = {&x, &y};
-  double* out[] = {&found};
-  return f(object.constants().data(), in, out) == 0 ? std::optional(found) : std::nullopt;
+  const auto found = test::call(f, object, {x, y}, 1);
+  return found ? std::optional(found->front()) : std::nullopt;
 }
 
 }  // namespace
