@@ -10,6 +10,7 @@
 namespace freeplay::test::varied {
 
 using verification::random_scenes::Draw;
+using verification::random_scenes::exact;
 using verification::random_scenes::toml;
 
 struct RandomCase {
@@ -17,56 +18,35 @@ struct RandomCase {
   std::vector<std::string> quantities, keys;
 };
 
-inline const std::vector<std::string> events{"event.1.t", "event.1.v_n_minus", "event.1.impulse_n",
-                                             "event.3.t", "event.3.impulse_n"};
-
 inline std::vector<std::string> with_events(std::vector<std::string> more) {
-  more.insert(more.end(), events.begin(), events.end());
+  more.insert(more.end(),
+              {"event.1.t", "event.1.v_n_minus", "event.1.impulse_n", "event.3.t", "event.3.impulse_n"});
   return more;
 }
 
+/// The nonsmooth settings of all scenes.
+inline const std::string by_events = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
+
+/// A random number as a scene's text has it.
+inline double number(Draw& r, double low, double high) { return exact(r.between(low, high)); }
+
 /// A disc with spin between a floor and two walls.
 inline RandomCase disc_in_box(Draw& r) {
-  const double m = r.between(0.1, 2), radius = r.between(0.02, 0.1);
-  return {toml(R"(gravity = [{}, {}]
-[bodies.disc]
-mass = {}
-inertia = {}
-position = [{}, {}]
-velocity = [{}, {}]
-angular_velocity = {}
-[contacts.floor]
-type = 'plane'
-between = ['ground', 'disc']
-radius = {}
-surface = 's'
-[contacts.left]
-type = 'plane'
-between = ['ground', 'disc']
-at = [[-0.6, 0], [0, 0]]
-axis = [0.1, -1]
-radius = {}
-surface = 's'
-[contacts.right]
-type = 'plane'
-between = ['ground', 'disc']
-at = [[0.6, 0], [0, 0]]
-axis = [0.2, 1]
-radius = {}
-surface = 's'
-[surfaces.s]
-restitution = {}
-friction = {}
-[run]
-duration = 1.2
-start = 'given'
-[nonsmooth]
-scheme = 'event-driven'
-tolerance = 1e-12
-)",
-               r.between(-2, 2), -r.between(5, 12), m, m * radius * radius * r.between(0.3, 0.6),
-               r.between(-0.3, 0.3), r.between(0.2, 0.8), r.between(-2, 2), r.between(-2, 2),
-               r.between(-20, 20), radius, radius, radius, r.between(0.5, 0.9), r.between(0.02, 0.6)),
+  const double m = r.between(0.1, 2), radius = r.between(0.02, 0.1), friction = number(r, 0.02, 0.6),
+               restitution = number(r, 0.5, 0.9), spin = number(r, -20, 20), vy = number(r, -2, 2),
+               vx = number(r, -2, 2), y = number(r, 0.2, 0.8), x = number(r, -0.3, 0.3),
+               inertia = exact(m * radius * radius * r.between(0.3, 0.6)), gy = -number(r, 5, 12),
+               gx = number(r, -2, 2);
+  const auto wall = [&](const char* name, const char* keys) {
+    return plane(name, "ground", "disc", exact(radius), "s", keys);
+  };
+  return {fmt::format("gravity = [{}, {}]\n", gx, gy) +
+              body("disc", exact(m), inertia,
+                   fmt::format("position = [{}, {}]\nvelocity = [{}, {}]\nangular_velocity = {}\n", x, y, vx,
+                               vy, spin)) +
+              wall("floor", "") + wall("left", "at = [[-0.6, 0], [0, 0]]\naxis = [0.1, -1]\n") +
+              wall("right", "at = [[0.6, 0], [0, 0]]\naxis = [0.2, 1]\n") +
+              surface("s", restitution, friction) + run_for(1.2, "start = \"given\"\n") + by_events,
           with_events({"end.disc.x", "end.disc.vy", "end.disc.omega", "energy.dissipated_by_friction",
                        "energy.dissipated_in_contacts", "mean.floor.fn", "mean.disc.y"}),
           {"surfaces.s.restitution", "surfaces.s.friction", "bodies.disc.mass", "bodies.disc.inertia",
@@ -75,78 +55,35 @@ tolerance = 1e-12
 
 /// A pendulum with a spring between two end stops.
 inline RandomCase stopped_pendulum(Draw& r) {
-  return {toml(R"(gravity = [0, {}]
-[bodies.bar]
-mass = {}
-inertia = {}
-position = [{}, 0]
-[joints.pivot]
-type = 'revolute'
-between = ['ground', 'bar']
-at = [[0, 0], [{}, 0]]
-[contacts.stop]
-type = 'angle-stop'
-joint = 'pivot'
-lower = {}
-upper = 0.6
-radius = 0.2
-surface = 's'
-[loads.spring]
-type = 'spring-damper'
-between = ['ground', 'bar']
-at = [[0.4, 0.5], [0.1, 0.05]]
-stiffness = {}
-damping = {}
-free_length = 0.4
-[surfaces.s]
-restitution = {}
-[run]
-duration = 1.5
-[nonsmooth]
-scheme = 'event-driven'
-tolerance = 1e-12
-)",
-               -r.between(5, 12), r.between(0.5, 3), r.between(0.02, 0.1), 0.3, -0.3, -r.between(0.5, 1.2),
-               r.between(5, 40), r.between(0.1, 1), r.between(0.6, 0.95)),
-          with_events({"end.bar.theta", "end.bar.omega", "end.pivot.fy", "mean.pivot.fx",
-                       "energy.dissipated_in_dampers"}),
-          {"surfaces.s.restitution", "bodies.bar.mass", "bodies.bar.inertia", "contacts.stop.lower",
-           "loads.spring.stiffness", "loads.spring.damping", "joints.pivot.at[1][0]", "gravity[1]"}};
+  const double restitution = number(r, 0.6, 0.95), damping = number(r, 0.1, 1), stiffness = number(r, 5, 40),
+               lower = -number(r, 0.5, 1.2), inertia = number(r, 0.02, 0.1), mass = number(r, 0.5, 3),
+               gravity = -number(r, 5, 12);
+  return {
+      fmt::format("gravity = [0, {}]\n", gravity) + body("bar", mass, inertia, "position = [0.3, 0]\n") +
+          pin("pivot", "ground", "bar", {}, {-0.3, 0}) +
+          stop("stop", "angle-stop", "pivot", fmt::format("lower = {}\nupper = 0.6\nradius = 0.2\n", lower)) +
+          spring("spring", "ground", "bar", {0.4, 0.5}, {0.1, 0.05}, stiffness, 0.4,
+                 fmt::format("damping = {}\n", damping)) +
+          surface("s", restitution) + run_for(1.5) + by_events,
+      with_events({"end.bar.theta", "end.bar.omega", "end.pivot.fy", "mean.pivot.fx",
+                   "energy.dissipated_in_dampers"}),
+      {"surfaces.s.restitution", "bodies.bar.mass", "bodies.bar.inertia", "contacts.stop.lower",
+       "loads.spring.stiffness", "loads.spring.damping", "joints.pivot.at[1][0]", "gravity[1]"}};
 }
 
 /// A free journal in a free bearing with friction.
 inline RandomCase ring_and_journal(Draw& r) {
+  const double friction = number(r, 0.02, 0.4), restitution = number(r, 0.6, 0.95), spin = number(r, -30, 30),
+               vy = number(r, -0.5, 0.5), vx = number(r, -0.5, 0.5), y = number(r, -4e-4, 4e-4),
+               x = number(r, -4e-4, 4e-4), mass = number(r, 0.2, 1), turn = number(r, -5, 5),
+               ring = number(r, 0.5, 3);
   return {
-      toml(R"([bodies.ring]
-mass = {}
-inertia = 0.01
-angular_velocity = {}
-[bodies.journal]
-mass = {}
-inertia = 0.0004
-position = [{}, {}]
-velocity = [{}, {}]
-angular_velocity = {}
-[joints.pin]
-type = 'revolute'
-between = ['ring', 'journal']
-at = [[0, 0], [0, 0]]
-clearance = 1e-3
-bearing_radius = 0.02
-surface = 's'
-[surfaces.s]
-restitution = {}
-friction = {}
-[run]
-duration = 0.02
-start = 'given'
-[nonsmooth]
-scheme = 'event-driven'
-tolerance = 1e-12
-)",
-           r.between(0.5, 3), r.between(-5, 5), r.between(0.2, 1), r.between(-4e-4, 4e-4),
-           r.between(-4e-4, 4e-4), r.between(-0.5, 0.5), r.between(-0.5, 0.5), r.between(-30, 30),
-           r.between(0.6, 0.95), r.between(0.02, 0.4)),
+      body("ring", ring, 0.01, fmt::format("angular_velocity = {}\n", turn)) +
+          body("journal", mass, 0.0004,
+               fmt::format("position = [{}, {}]\nvelocity = [{}, {}]\nangular_velocity = {}\n", x, y, vx, vy,
+                           spin)) +
+          pin("pin", "ring", "journal", {}, {}, loose(1e-3, 0.02)) + surface("s", restitution, friction) +
+          run_for(0.02, "start = \"given\"\n") + by_events,
       with_events(
           {"end.journal.vx", "end.ring.omega", "end.pin.ex", "end.pin.gap", "energy.dissipated_in_contacts"}),
       {"surfaces.s.restitution", "surfaces.s.friction", "joints.pin.clearance", "joints.pin.bearing_radius",
@@ -155,50 +92,15 @@ tolerance = 1e-12
 
 /// A driven slider-crank whose gudgeon pin has clearance.
 inline RandomCase slider_crank(Draw& r) {
-  return {toml(R"(gravity = [0, -9.81]
-[bodies.crank]
-mass = 1
-inertia = 0.001
-[bodies.rod]
-mass = {}
-inertia = {}
-[bodies.slider]
-mass = {}
-inertia = 0.001
-[joints.main]
-type = 'revolute'
-between = ['ground', 'crank']
-at = [[0, 0], [0, 0]]
-[joints.big_end]
-type = 'revolute'
-between = ['crank', 'rod']
-at = [[0.05, 0], [-0.15, 0]]
-[joints.gudgeon]
-type = 'revolute'
-between = ['rod', 'slider']
-at = [[0.15, 0], [0, 0]]
-clearance = {}
-bearing_radius = 0.011
-surface = 's'
-[joints.guide]
-type = 'translational'
-between = ['ground', 'slider']
-axis = [1, 0]
-[surfaces.s]
-restitution = {}
-friction = {}
-[drives.motor]
-joint = 'main'
-speed = {}
-[run]
-duration = 0.03
-start = 'ideal'
-[nonsmooth]
-scheme = 'event-driven'
-tolerance = 1e-12
-)",
-               r.between(0.5, 2), r.between(0.005, 0.02), r.between(0.5, 2), r.between(1e-4, 5e-4),
-               r.between(0.5, 0.9), r.between(0.01, 0.3), r.between(10, 40)),
+  const double speed = number(r, 10, 40), friction = number(r, 0.01, 0.3), restitution = number(r, 0.5, 0.9),
+               clearance = number(r, 1e-4, 5e-4), slider = number(r, 0.5, 2),
+               inertia = number(r, 0.005, 0.02), rod = number(r, 0.5, 2);
+  return {"gravity = [0, -9.81]\n" + body("crank", 1, 0.001) + body("rod", rod, inertia) +
+              body("slider", slider, 0.001) + pin("main", "ground", "crank") +
+              pin("big_end", "crank", "rod", {0.05, 0}, {-0.15, 0}) +
+              pin("gudgeon", "rod", "slider", {0.15, 0}, {}, loose(clearance, 0.011)) +
+              guide("guide", "ground", "slider") + surface("s", restitution, friction) +
+              motor("motor", "main", speed) + run_for(0.03, "start = \"ideal\"\n") + by_events,
           with_events(
               {"end.slider.x", "end.slider.vx", "end.rod.omega", "energy.work_of_drives", "end.guide.fy"}),
           {"surfaces.s.restitution", "surfaces.s.friction", "joints.gudgeon.clearance", "bodies.slider.mass",
@@ -295,6 +197,16 @@ inline Sensitivities of(const std::string& text, std::vector<std::string> quanti
                         std::vector<std::string> keys, const std::vector<std::string>& options = {}) {
   return sensitivities(parse_scene(text, "s.toml", options),
                        {.of = std::move(quantities), .to = std::move(keys)});
+}
+
+/// Checks the derivatives of a quantity by its first keys, in their order.
+inline void check_derivatives(const Sensitivity& q, const std::vector<double>& expected, double relative,
+                              double margin = 0) {
+  REQUIRE(q.derivatives.size() >= expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    CAPTURE(q.name, i);
+    CHECK(q.derivatives[i] == Approx(expected[i]).epsilon(relative).margin(margin));
+  }
 }
 
 /// Values of the quantities with another value of one key.
