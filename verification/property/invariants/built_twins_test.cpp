@@ -14,96 +14,63 @@ namespace {
 // m/s over one.
 constexpr double end = 4e-5;
 
-Body body(const char* name, std::mt19937& engine) {
-  std::uniform_real_distribution<double> uniform(0.3, 3);
-  Body b;
-  b.name = name;
-  b.mass = uniform(engine);
-  b.inertia = 0.02 * uniform(engine);
-  return b;
-}
-/// A corner or disc of a body in contact with a wall at the point `on`, which rotated by `angle` is
-/// `at` in the body.
-PlaneContact wall(const char* name, int of, Vec2 on, Vec2 at, double axis, double radius) {
-  PlaneContact c;
-  c.name = name;
-  c.between = {ground, of};
-  c.at = {on, at};
-  c.axis = {std::cos(axis), std::sin(axis)};
-  c.radius = radius;
-  c.surface = 0;
-  return c;
-}
 Vec2 turn(Vec2 p, double a) {
   return {p.x() * std::cos(a) - p.y() * std::sin(a), p.x() * std::sin(a) + p.y() * std::cos(a)};
+}
+/// A corner or disc of a body in contact with a wall at the point `on`, which is `at` in the body.
+std::string wall(const char* name, Vec2 on, Vec2 at, double axis, double radius) {
+  return test::plane(name, "ground", "b", radius, "s",
+                     fmt::format("at = [[{}, {}], [{}, {}]]\naxis = [{}, {}]\n", on.x(), on.y(), at.x(),
+                                 at.y(), std::cos(axis), std::sin(axis)));
 }
 
 /// A pinned rod on a stop (one degree of freedom), a disc in a corner, a rod that lands on both
 /// ends, a row of two discs against a wall: each is in contact and approaches at the start.
 Scene built(std::mt19937& engine, int trial) {
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  Scene scene;
-  auto& m = scene.mechanism;
-  Surface s;
-  s.name = "s";
-  s.restitution = trial % 5 == 0 ? 0 : 0.5 + 0.5 * uniform(engine);
-  if (trial % 7 != 0) s.friction = 0.6 + 0.6 * uniform(engine);
-  m.surfaces.push_back(s);
-  auto b = body("b", engine);
-  const double speed = 1.5 + uniform(engine);
+  const auto uniform = [&](double low = -1, double high = 1) {
+    return std::uniform_real_distribution<double>(low, high)(engine);
+  };
+  const auto body = [&](const char* name, Vec2 velocity, double spin, Vec2 position = {}) {
+    const double mass = uniform(0.3, 3);
+    return test::body(name, mass, 0.02 * uniform(0.3, 3),
+                      fmt::format("position = [{}, {}]\nvelocity = [{}, {}]\nangular_velocity = {}\n",
+                                  position.x(), position.y(), velocity.x(), velocity.y(), spin));
+  };
+  const double e = trial % 5 == 0 ? 0 : 0.5 + 0.5 * uniform(), friction = 0.6 + 0.6 * uniform(),
+               speed = 1.5 + uniform();
+  auto text = test::surface("s", e, trial % 7 != 0 ? fmt::format("friction = {}\n", friction) : "") +
+              test::run_for(end, "start = \"given\"\n");
   switch (trial % 4) {
     case 0: {
-      const Vec2 pin{0.3 * uniform(engine), 0.2}, tip{-0.4 + 0.2 * uniform(engine), 0};
-      RevoluteJoint j;
-      j.name = "pin";
-      j.between = {ground, 0};
-      j.at = {pin, pin};
-      m.joints.push_back(j);
-      // About the pin, so that the tip moves down: the tip is to its left.
-      const double left = tip.x() - pin.x();
-      b.angular_velocity = left < 0 ? speed : -speed;
-      b.velocity = *b.angular_velocity * Vec2{pin.y(), -pin.x()};
-      m.contacts.push_back(wall("stop", 0, tip, tip, 0, 0));
+      // About the pin, so that the tip moves down.
+      const Vec2 pin{0.3 * uniform(), 0.2}, tip{-0.4 + 0.2 * uniform(), 0};
+      const double spin = tip.x() < pin.x() ? speed : -speed;
+      text += test::pin("pin", "ground", "b", pin, pin) + wall("stop", tip, tip, 0, 0) +
+              body("b", spin * Vec2{pin.y(), -pin.x()}, spin);
       break;
     }
     case 1: {
-      const double half =
-          0.4 + 0.3 * uniform(engine);  // walls at ± this from the vertical, the disc between them
-      for (const double side : {1.0, -1.0}) {
-        const double axis = side * (std::numbers::pi / 2 - half);
-        m.contacts.push_back(
-            wall(side > 0 ? "right" : "left", 0, {0, -0.05 / std::sin(half)}, {0, 0}, axis, 0.05));
-      }
-      b.velocity = {0.2 * speed * std::sin(half) * uniform(engine), -speed};
-      b.angular_velocity = 10 * uniform(engine);
+      // Walls at ± this from the vertical, the disc between them.
+      const double half = 0.4 + 0.3 * uniform(), axis = std::numbers::pi / 2 - half;
+      const Vec2 on{0, -0.05 / std::sin(half)};
+      const double across = 0.2 * speed * std::sin(half) * uniform();
+      text += wall("right", on, {}, axis, 0.05) + wall("left", on, {}, -axis, 0.05) +
+              body("b", {across, -speed}, 10 * uniform());
       break;
     }
-    case 2:
-      m.contacts.push_back(wall("left", 0, {-0.3, -0.1}, {-0.3, -0.1}, 0, 0));
-      m.contacts.push_back(wall("right", 0, {0.2, -0.1}, {0.2, -0.1}, 0, 0));
-      b.velocity = {speed * uniform(engine), -speed};
-      b.angular_velocity = speed * uniform(engine);
+    case 2: {
+      const double across = speed * uniform();
+      text += wall("left", {-0.3, -0.1}, {-0.3, -0.1}, 0, 0) + wall("right", {0.2, -0.1}, {0.2, -0.1}, 0, 0) +
+              body("b", {across, -speed}, speed * uniform());
       break;
+    }
     default: {
-      auto other = body("c", engine);
-      other.position = {0.12 * std::cos(0.9), 0.12 * std::sin(0.9)};
-      other.velocity = -speed * Vec2{std::cos(0.9), std::sin(0.9)};
-      m.contacts.push_back(wall("floor", 0, {0, -0.05}, {0, 0}, 0, 0.05));
-      DiscContact d;
-      d.name = "discs";
-      d.between = {0, 1};
-      d.radii = {0.05, 0.07};
-      d.surface = 0;
-      m.contacts.push_back(d);
-      b.velocity = {0, -0.2 * speed};
-      b.angular_velocity = 5 * uniform(engine);
-      m.bodies = {b, other};
+      const Vec2 along{std::cos(0.9), std::sin(0.9)};
+      text += wall("floor", {0, -0.05}, {}, 0, 0.05) + test::discs("discs", "b", "c", 0.05, 0.07) +
+              body("b", {0, -0.2 * speed}, 5 * uniform()) + body("c", -speed * along, 0, 0.12 * along);
     }
   }
-  if (m.bodies.empty()) m.bodies = {b};
-  scene.run.duration = end;
-  scene.run.start = RunOptions::Start::given;
-  return scene;
+  return parse_scene(text, "built");
 }
 
 /// Velocities after the impact, rotated back, mirrored back and in the scene's own time unit.
