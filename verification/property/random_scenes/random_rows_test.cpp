@@ -2,6 +2,7 @@
 // wrongly.
 #include "simulation/trajectory.hpp"
 #include "verification/random_scenes/judge.hpp"
+#include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -10,18 +11,15 @@ namespace reference = freeplay::reference;
 
 namespace {
 
-/// A table on a curve of time, and a ball above it.
-struct BallOnTable {
-  const char* curve;
-  double young, restitution, mass, inertia, height, radius;
-};
-std::string ball_on_table(const BallOnTable& b) {
-  return "format = 2\ngravity = [0, -9.81]\n" + test::body("table", 1, 1) +
-         test::guide("guide", "ground", "table", {0, 1}) +
-         fmt::format("[curves.y]\n{}\n[drives.shaker]\njoint = \"guide\"\nposition = \"y\"\n", b.curve) +
-         test::surface("s", b.restitution, fmt::format("young = {}\npoisson = 0.3\n", b.young)) +
-         test::body("ball", b.mass, b.inertia, fmt::format("position = [0, {}]\n", b.height)) +
-         test::plane("c", "table", "ball", b.radius);
+/// A spline through points with flat ends, or periodic.
+reference::CurveShape spline(std::vector<std::pair<double, double>> points, bool repeats) {
+  reference::CurveShape y;
+  y.kind = reference::CurveShape::Kind::spline;
+  if (!repeats) y.ends = reference::CurveShape::Ends::flat;
+  y.repeats = repeats;
+  y.points = std::move(points);
+  y.prepare();
+  return y;
 }
 
 }  // namespace
@@ -128,18 +126,7 @@ TEST_CASE("seed, index and kinds determine a random scene", "[random-scenes]") {
 // Speeds that a spring causes from rest are not impacts that raise the energy: adaptive time
 // stepping once stopped here for that reason at 0.14 mm/s.
 TEST_CASE("a block accelerated from rest by a spring rebounds from a frictionless stop", "[random-scenes]") {
-  const auto scene =
-      parse_scene("format = 2\n" + test::body("block", 0.01875, 1, "position = [0.0235, 0]\n") +
-                      test::guide("on", "ground", "block") +
-                      "[contacts.stop]\ntype = \"travel-stop\"\njoint = \"on\"\nlower = -0.00318\n"
-                      "stiffness = 3e6\nsurface = \"s\"\n" +
-                      test::surface("s", 0.66, "young = 2e11\npoisson = 0.3\n") +
-                      test::spring("spring", "ground", "block", {-0.435, 0}, {}, 972, 0.435) +
-                      test::run_for(0.01) + "[nonsmooth]\nscheme = \"moreau-jean\"\n",
-                  "stop");
-  const auto run = test::simulate(scene, Family::nonsmooth);
-  INFO(run.ending.reason);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(read_scene(test::scene_file("block_to_stop")), Family::nonsmooth);
   // From rest at A down to the stop at s: at t₁ with cos ωt₁ = s/A, then back with e times that
   // speed.
   const double A = 0.0235, s = -0.00318, w = std::sqrt(972 / 0.01875), t1 = std::acos(s / A) / w;
@@ -154,32 +141,15 @@ TEST_CASE("a block accelerated from rest by a spring rebounds from a frictionles
 // were formerly off by 4e-3 of the lift, because the acceleration at a step's end was that after
 // the knot, and at the last knot the run stopped.
 TEST_CASE("a position prescribed over an angle is correct on both sides of a knot", "[random-scenes]") {
-  reference::CurveShape y;
-  y.kind = reference::CurveShape::Kind::spline;
-  y.ends = reference::CurveShape::Ends::flat;
-  y.points = {{2.4, -0.05}, {3.8, -0.06}, {5.1, -0.045}, {6.4, 0}, {7.7, -0.03}, {8.7, 0.01}, {9.5, -0.05}};
-  y.prepare();
-  for (const auto* way :
-       {"[nonsmooth]\nscheme = \"event-driven\"\n", "[nonsmooth]\n", "[penalty]\n",
-        "[penalty]\nintegrator = \"dopri5\"\n", "[penalty]\nintegrator = \"rosenbrock4\"\n"}) {
-    const auto scene = parse_scene(
-        std::string("format = 2\n" + test::body("rotor", 1, 1.2e-3, "angle = 0.8\nangular_velocity = 477\n") +
-                    test::pin("shaft", "ground", "rotor") + R"([curves.y]
-shape = "table"
-points = [[2.4, -0.05], [3.8, -0.06], [5.1, -0.045], [6.4, 0], [7.7, -0.03], [8.7, 0.01], [9.5, -0.05]]
-between = "spline"
-)" + test::body("follower", 2e-3, 1, "position = [0, -0.05]\n") +
-                    test::guide("guide", "ground", "follower", {0, 1}) +
-                    "[drives.lift]\njoint = \"guide\"\nposition = \"y\"\nof = \"shaft\"\n" +
-                    test::run_for(0.03, "start = \"given\"\noutput_step = 5e-5\n")) +
-            way,
-        "follower");
-    INFO(way);
+  const auto y = spline(
+      {{2.4, -0.05}, {3.8, -0.06}, {5.1, -0.045}, {6.4, 0}, {7.7, -0.03}, {8.7, 0.01}, {9.5, -0.05}}, false);
+  for (const auto& way : {test::event_driven, test::automatic, test::penalty, test::penalty_by("dopri5"),
+                          test::penalty_by("rosenbrock4")}) {
+    INFO(way.name);
     Trajectory rows;
-    Simulation simulation(scene, std::string(way).starts_with("[pen") ? "penalty" : "nonsmooth");
-    const auto run = simulation.run({.observers = {&rows}});
-    INFO(run.ending.reason);
-    REQUIRE(run.ending.status == Ending::Status::finished);
+    Simulation simulation(test::scene_by(way, test::scene_named("follower_over_angle")),
+                          test::name_of(way.family));
+    test::finished(simulation, {&rows});
     double place = 0, rate = 0;
     const double energy = 0.5 * 1.2e-3 * 477 * 477;
     double lost = 0;
@@ -198,55 +168,26 @@ between = "spline"
   }
 }
 
-// A table on a spline whose knots leave steps of 1e-17 s to bulirsch_stoer. An implicit step
-// replaces them; rows within it formerly came from the interpolant of an earlier step, with an
-// error of 5e19 times a motion of 5e-7 m.
+// An implicit step replaces those that the knots leave; rows within it formerly came from the
+// interpolant of an earlier step, with an error of 5e19 times a motion of 5e-7 m.
 TEST_CASE("rows within an implicit step belong to that step", "[random-scenes]") {
-  reference::CurveShape y;
-  y.kind = reference::CurveShape::Kind::spline;
-  y.repeats = true;
-  y.points = {{3.5e-4, -9.8e-8}, {6.7e-4, -3.6e-7}, {9.5e-4, 4.3e-7}, {1.22e-3, -3.7e-7}, {1.47e-3, -9.8e-8}};
-  y.prepare();
-  const auto scene = parse_scene(ball_on_table({.curve = R"(shape = "table"
-points = [[3.5e-4, -9.8e-8], [6.7e-4, -3.6e-7], [9.5e-4, 4.3e-7], [1.22e-3, -3.7e-7], [1.47e-3, -9.8e-8]]
-between = "spline"
-repeat = true)",
-                                                .young = 3.7e14,
-                                                .restitution = 0.28,
-                                                .mass = 1.87,
-                                                .inertia = 5e-5,
-                                                .height = 0.0084,
-                                                .radius = 0.00838}) +
-                                     test::run_for(0.02, "start = \"assembled\"\noutput_step = 1e-5\n") +
-                                     "[penalty]\nintegrator = \"bulirsch_stoer\"\n",
-                                 "table");
+  const auto y = spline(
+      {{3.5e-4, -9.8e-8}, {6.7e-4, -3.6e-7}, {9.5e-4, 4.3e-7}, {1.22e-3, -3.7e-7}, {1.47e-3, -9.8e-8}}, true);
   Trajectory rows;
-  const auto run = Simulation(scene, "penalty").run({.observers = {&rows}});
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  Simulation simulation(read_scene(test::scene_file("ball_on_spline")), "penalty");
+  test::finished(simulation, {&rows});
   double off = 0;
   for (std::size_t k = 0; k < rows.size(); ++k)
     off = std::max(off, std::abs(rows.q(k)[1] - y.at(rows.t(k)).y));
   CHECK(off < 1e-4 * 8e-7);  // of its motion, as for random scenes in every penalty method
 }
 
-// A rotor on a one-sided spring with a damper, under a constant torque: fixed steps formerly
-// stopped once its speed was the rounding of the two balanced torques, "the forces of dampers do
-// not converge".
+// Fixed steps formerly stopped once the speed was the rounding of the two balanced torques, "the
+// forces of dampers do not converge".
 TEST_CASE("fixed steps follow a damped one-sided spring to rest", "[random-scenes]") {
-  const double k = 4008, torque = 3.84, free = -3.65e-4;
-  const auto scene = parse_scene(
-      "format = 2\n" + test::body("rotor", 1, 0.3557, "angle = 6e-4\nangular_velocity = -0.8\n") +
-          test::pin("on", "ground", "rotor") +
-          fmt::format("[loads.pull]\ntype = \"torque\"\nbody = \"rotor\"\ntorque = {}\n", torque) +
-          test::torsion("spring", "ground", "rotor", k,
-                        fmt::format("damping = 29.65\nfree_angle = {}\none_way = \"pull\"\n", free)) +
-          test::run_for(1.7, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 3e-4\n",
-      "rotor");
-  const auto run = test::simulate(scene, Family::nonsmooth);
-  INFO(run.ending.reason);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(read_scene(test::scene_file("rotor_on_spring")), Family::nonsmooth);
   // Where the torques balance: the transient decays by e^(−d t/2J) = e^−70.
-  CHECK(std::abs(run.final_state.q[2] - (free + torque / k)) < 1e-15);
+  CHECK(std::abs(run.final_state.q[2] - (-3.65e-4 + 3.84 / 4008)) < 1e-15);
 }
 
 // Three discs on each other fall on a floor. The upper contacts are compressed after their onset,
@@ -256,10 +197,9 @@ TEST_CASE("integrators of every order detect the impacts between touching discs"
   std::string text =
       "format = 2\ngravity = [0, -22]\n[surfaces.s]\nyoung = 5.8e11\npoisson = 0.3\nrestitution = 0.88\n";
   for (int i = 0; i < 3; ++i) {
-    text += fmt::format("[bodies.d{}]\nmass = 1.44\ninertia = 3.3e-5\nposition = [0, {}]\n", i,
-                        0.02448 + 0.0136 * i);
-    text += i == 0 ? "[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", \"d0\"]\nradius = 0.0068\n"
-                     "surface = \"s\"\n"
+    text += test::body(fmt::format("d{}", i), 1.44, 3.3e-5,
+                       fmt::format("position = [0, {}]\n", 0.02448 + 0.0136 * i));
+    text += i == 0 ? test::plane("floor", "ground", "d0", 0.0068)
                    : test::discs(fmt::format("c{}", i - 1), fmt::format("d{}", i - 1), fmt::format("d{}", i),
                                  0.0068, 0.0068);
   }
@@ -273,28 +213,11 @@ TEST_CASE("integrators of every order detect the impacts between touching discs"
     for (const std::size_t i : {1U, 4U, 7U}) CHECK(std::abs(rates[way][i] - rates[0][i]) < 1e-3 * 0.88);
 }
 
-// The ball of a random scene at whose end an adaptive step had left 1.7e-18 s: half of that is zero
-// in the arithmetic, and the state was not finite.
+// Half of the time that an adaptive step had left was zero in the arithmetic, and the state was not
+// finite.
 TEST_CASE("a run of adaptive steps ends at its end time when only rounding separates them",
           "[random-scenes]") {
-  const auto scene = parse_scene(
-      ball_on_table({.curve = R"(shape = "ramp"
-to = 1.08337206028
-start = 2.36232593591
-rise = 0.480174838526
-profile = "polynomial")",
-                     .young = 2.93351437496e+14,
-                     .restitution = 1,
-                     .mass = 2.08217153348,
-                     .inertia = 4.86140723763e-05,
-                     .height = 0.131381743105,
-                     .radius = 0.00763998935741}) +
-          test::run_for(0.0122776970208, "start = \"assembled\"\noutput_step = 1.22776970208e-05\n") +
-          "[nonsmooth]\nscheme = \"moreau-jean\"\n",
-      "table");
-  const auto run = test::simulate(scene, Family::nonsmooth);
-  INFO(run.ending.reason);
-  REQUIRE(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(read_scene(test::scene_file("ball_on_ramp")), Family::nonsmooth);
   const double t = 0.0122776970208;
   CHECK(run.t_end == t);
   // Free fall, which is exact to rounding in steps of second order.
