@@ -2,6 +2,7 @@
 // with the closed form, since a step may jump over part of a curve and still agree with it at both
 // ends.
 #include "verification/references/curve_shapes.hpp"
+#include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -14,12 +15,7 @@ using test::Way, test::scene_by;
 
 const std::vector<Way> schemes{test::automatic, test::event_driven, test::chosen_steps};
 /// The schemes, and the penalty formulation with each adaptive integrator.
-const std::vector<Way> all_ways = [] {
-  auto list = schemes;
-  for (const char* integrator : {"dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"})
-    list.push_back({integrator, Family::penalty, {}, 0, {std::string("penalty.integrator=") + integrator}});
-  return list;
-}();
+const auto all_ways = test::with_integrators(schemes);
 
 test::MotionRows rows_of(const Way& way, const std::string& text, double apart) {
   return test::motion_rows(scene_by(way, text), way.family, apart);
@@ -109,27 +105,10 @@ TEST_CASE("curves: a ball on a table shaken at 60 to 500 Hz, in every scheme and
 }
 
 TEST_CASE("curves: a table with four discs keeps its sine through hand-overs to time stepping", "[curves]") {
-  // Two discs side by side between walls, two above them, on a table at 40 Hz and 0.9 g: impacts
-  // accumulate. Steps of time stepping as in the test of rows: 2.4e-7 of the amplitude; those of
-  // the event-driven scheme less. Bound: 1e-6.
-  constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w), R = 0.02;
-  constexpr double places[][2] = {{-0.0205, 0.0202}, {0.0205, 0.0202}, {0.001, 0.057}, {0.0, 0.098}};
-  std::string text = "gravity = [0, -9.81]\n" + test::body("table", 10.0, 1.0) +
-                     test::guide("guide", "ground", "table", {0, 1}) + test::surface("s", 0.5, 0.8) +
-                     "[drives.shaker]\njoint = \"guide\"\nposition = \"shake\"\n";
-  for (int i = 0; i < 4; ++i) {
-    text += test::body(fmt::format("d{}", i), 0.1, 2e-5,
-                       fmt::format("position = [{}, {}]\n", places[i][0], places[i][1])) +
-            test::plane(fmt::format("top{}", i), "table", fmt::format("d{}", i), R);
-    for (const int side : {-1, 1})
-      text +=
-          test::plane(fmt::format("{}{}", side < 0 ? "left" : "right", i), "ground", fmt::format("d{}", i), R,
-                      "s", fmt::format("at = [[{}, 0.0], [0.0, 0.0]]\naxis = [0, {}]\n", 0.042 * side, side));
-    for (int j = 0; j < i; ++j)
-      text += test::discs(fmt::format("c{}_{}", j, i), fmt::format("d{}", j), fmt::format("d{}", i), R, R);
-  }
-  text += fmt::format("[curves.shake]\nshape = \"harmonic\"\namplitude = {:.17g}\nfrequency = 40\n", A) +
-          test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n");
+  // Impacts accumulate. Steps of time stepping as in the test of rows: 2.4e-7 of the amplitude; those
+  // of the event-driven scheme less. Bound: 1e-6.
+  constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w);
+  const auto text = test::scene_named("shaken_discs");
   const auto rows = rows_of(test::automatic, text, 1e-4);
   CHECK(rows.run.work.handovers > 0);
   CHECK(rows.run.work.stepped > 0);
@@ -158,51 +137,37 @@ TEST_CASE("curves: fixed steps longer than the pieces of a force curve are repor
 
 TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in every row", "[curves]") {
   constexpr double lift = 0.03, speed = 10, start = 0.5, rise = 1.0, dwell = 0.5;
-  const auto y = [&](double x) {
+  const auto smooth = [&](double x) {
     if (x < start) return 0.0;
     if (x < start + rise) return lift * smooth_rise((x - start) / rise);
     if (x < start + rise + dwell) return lift;
     return x < start + 2 * rise + dwell ? lift * smooth_rise((start + 2 * rise + dwell - x) / rise) : 0.0;
   };
-  // y⁗ ≤ 360 lift: over half a 32nd of the rise the error of Hermite's cubic is 360
-  // (1/64)⁴/384 = 5.6e-8 of the lift. Projection leaves a velocity error of second order, part of
-  // which enters the cubic: a hundred times that.
-  for (const auto& way : all_ways) {
-    CAPTURE(way.name);
-    const auto rows = rows_of(way, follower(0.01, 0.5, motor, R"(shape = "rise-dwell-return"
-to = 0.03
-start = 0.5
-rise = 1.0
-dwell = 0.5
-return = 1.0
-rest = 3.2831853071795862
-repeat = true)"),
-                              1e-4);
-    CHECK(rows.worst([&](const auto& r) { return r.q[2] - speed * r.t; }) < 1e-9);
-    CHECK(rows.worst([&](const auto& r) { return r.q[4] - y(r.q[2]); }) < 5.6e-6 * lift);
-  }
-}
-
-TEST_CASE("curves: a position prescribed over a joint's angle by a spline is on its curve in every row",
-          "[curves]") {
-  // Flat ends and symmetry: y = lift s² (3 − 2s) on either side of the middle. The step that passes
-  // the first knot ends 1e-4 of the rise after it, at a rate of 6e-4 lift/rise. Hermite's cubic
-  // over a step of a fifth of a radian before it has an error of 4/27 · 0.2 · 6e-4 = 1.8e-5 of the
-  // lift in position. (With 1e-3 of the rise it was 6.9e-5.) The bound was set before the cause of
-  // the error was known.
-  constexpr double lift = 0.03, start = 0.5, rise = 1.0;
-  const auto y = [&](double x) {
+  // A spline with flat ends and symmetry: y = lift s² (3 − 2s) on either side of the middle.
+  const auto spline = [&](double x) {
     const double s = std::max(0.0, 1 - std::abs(x - start - rise) / rise);
     return lift * s * s * (3 - 2 * s);
   };
-  for (const auto& way : schemes) {
-    CAPTURE(way.name);
-    const auto rows = rows_of(way, follower(0.01, 0.5, motor, R"(shape = "table"
-between = "spline"
-points = [[0.5, 0.0], [1.5, 0.03], [2.5, 0.0]])"),
-                              1e-4);
-    CHECK(rows.worst([&](const auto& r) { return r.q[4] - y(r.q[2]); }) < 1.8e-5 * lift);
-  }
+  const auto check = [&](const std::vector<Way>& ways, const char* curve, const auto& y, double bound) {
+    for (const auto& way : ways) {
+      CAPTURE(way.name, curve);
+      const auto rows = rows_of(way, follower(0.01, 0.5, motor, curve), 1e-4);
+      CHECK(rows.worst([&](const auto& r) { return r.q[2] - speed * r.t; }) < 1e-9);
+      CHECK(rows.worst([&](const auto& r) { return r.q[4] - y(r.q[2]); }) < bound * lift);
+    }
+  };
+  // y⁗ ≤ 360 lift: over half a 32nd of the rise the error of Hermite's cubic is 360
+  // (1/64)⁴/384 = 5.6e-8 of the lift. Projection leaves a velocity error of second order, part of
+  // which enters the cubic: a hundred times that.
+  check(all_ways,
+        "shape = \"rise-dwell-return\"\nto = 0.03\nstart = 0.5\nrise = 1.0\ndwell = 0.5\nreturn = 1.0\n"
+        "rest = 3.2831853071795862\nrepeat = true",
+        smooth, 5.6e-6);
+  // The step that passes the first knot ends 1e-4 of the rise after it, at a rate of 6e-4 lift/rise.
+  // Hermite's cubic over a step of a fifth of a radian before it has an error of 4/27 · 0.2 · 6e-4 =
+  // 1.8e-5 of the lift in position. The bound was set before the cause of the error was known.
+  check(schemes, "shape = \"table\"\nbetween = \"spline\"\npoints = [[0.5, 0.0], [1.5, 0.03], [2.5, 0.0]]",
+        spline, 1.8e-5);
 }
 
 TEST_CASE("curves: a follower's spring turns a rotor back at the angle given by its energy", "[curves]") {
@@ -283,7 +248,7 @@ frequency = {:.17g})",
             1e-4 * A / w);
       CHECK_FALSE(doubtful(rows.run));
     }
-    auto fixed = scene_by({"rk4", Family::penalty, {}, 0, {"penalty.integrator=rk4"}}, text);
+    auto fixed = scene_by(test::penalty_by("rk4"), text);
     fixed.run.duration = 20 / f;
     fixed.penalty.step = 0.03 / f;
     CHECK_FALSE(doubtful(test::finished(fixed, Family::penalty)));
@@ -298,15 +263,7 @@ TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no han
   // (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
-  const auto rows = rows_of(
-      test::automatic,
-      test::body("arm", 1.0, 0.01) + test::body("mass", m, 1e-4, fmt::format("velocity = [{}, 0]\n", v)) +
-          test::pin("shaft", "ground", "arm") + test::guide("guide", "ground", "mass") +
-          test::motor("motor", "shaft", 0.1) +
-          test::spring("spring", "ground", "mass", {-1.0, 0}, {}, k, 1.0) +
-          test::stop("stop", "travel-stop", "guide", fmt::format("upper = {}\n", stop), "steel") +
-          test::surface("steel", 1.0) + test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n"),
-      1e-4);
+  const auto rows = rows_of(test::automatic, test::scene_named("oscillator_on_stop"), 1e-4);
   CHECK(rows.run.work.handovers == 0);
   // 1e-10 at a scale of 1 m in each of at most 28,000 steps.
   CHECK(rows.worst([&](const auto& r) {

@@ -23,8 +23,8 @@ bool doubtful(const Result& run) {
 std::string two_motors(double second, const std::string& more = "") {
   return "format = 2\n" + test::body("a", 1, 0.01) + test::body("b", 2, 0.04, "position = [0.3, 0]\n") +
          test::pin("pa", "ground", "a") + test::pin("pb", "ground", "b", {0.3, 0}) +
-         "[joints.mesh]\ntype = \"gear\"\nbetween = [\"a\", \"b\"]\npitch_radii = [0.1, 0.2]\n" +
-         test::motor("first", "pa", 10) + test::motor("second", "pb", second) + more + test::run_for(1);
+         test::gear("mesh", "a", "b", {0.1, 0.2}) + test::motor("first", "pa", 10) +
+         test::motor("second", "pb", second) + more + test::run_for(1);
 }
 
 const auto slider = "format = 2\n" + test::body("b", 2, 0.01) + test::guide("guide", "ground", "b");
@@ -84,7 +84,7 @@ TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives
                       test::body("slider", 2, 0.01) + test::pin("a", "ground", "crank") +
                       test::pin("b", "crank", "rod", {0.1, 0}, {-0.2, 0}) +
                       test::pin("c", "rod", "slider", {0.2, 0}) + test::guide("g", "ground", "slider") +
-                      "[drives.m]\njoint = \"a\"\nspeed = 50\n" + test::run_for(1);
+                      test::motor("m", "a", 50) + test::run_for(1);
     const auto energy = [](double angle) {
       const double w = 50, sine = -0.25 * std::sin(angle), cosine = std::sqrt(1 - sine * sine);
       const double turning = -0.25 * w * std::cos(angle) / cosine;
@@ -141,7 +141,8 @@ TEST_CASE("a kink in a damper's table over speed does not reduce the order of an
   const auto text =
       slider +
       "[loads.damper]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nat = [[-10, 0], [0, 0]]\n"
-      "damping_table = [[-2, -10], [-1, -1], [0, 0], [1, 1], [2, 10]]\n[run]\nduration = 1.5\n";
+      "damping_table = [[-2, -10], [-1, -1], [0, 0], [1, 1], [2, 10]]\n" +
+      test::run_for(1.5);
   const double v = std::exp(-(end - T) / m);
   const auto off = [&](const test::Way& by) {
     return std::abs(finished(by, text, {"bodies.b.velocity=[3, 0]"}).final_state.v[0] - v);

@@ -87,29 +87,11 @@ TEST_CASE("the step before a knot of a torque table has nonzero length, and its 
 }
 
 TEST_CASE("a load cell in a guide includes the friction of the guide", "[forces]") {
-  // A block of 2 kg that a spring pulls: 3 N are not enough against 5 N of friction, 8 N are.
+  // 3 N are not enough against 5 N of friction, 8 N are.
   for (const double pull : {3.0, 8.0})
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
-      Scene scene;
-      auto& m = scene.mechanism;
-      m.gravity = {0, -9.81};
-      m.bodies.push_back({"block", 2.0, 0.01, {0, 0}, 0, {0, 0}, 0});
-      m.joints.push_back(TranslationalJoint{"guide", {ground, 0}, {Vec2{0, 0}, Vec2{0, 0}}, {1, 0}, 0, {}});
-      m.loads.push_back(ForceLoad{"pull", 0, {0, 0}, {pull, 0}});
-      m.loads.push_back(JointFriction{"rub", 0, 5.0, 1e-6});
-      Instrument cell;
-      cell.kind = Instrument::Kind::load_cell;
-      cell.name = "cell";
-      cell.joint = 0;
-      cell.bandwidth = 500;
-      cell.sampling = 5e3;
-      scene.instruments.push_back(cell);
-      cell.name = "cell_y";
-      cell.axis = {0, 1};
-      scene.instruments.push_back(cell);
-      scene.nonsmooth.scheme = Scheme::event_driven;
-      scene.penalty.integrator = Integrator::rosenbrock4;
-      scene.run.duration = 0.02;
+      const auto scene =
+          read_scene(test::scene_file("pulled_slider"), {fmt::format("loads.pull.force=[{}, 0]", pull)});
       Simulation simulation(scene, test::name_of(family));
       double last[2] = {NAN, NAN};
       test::Listener listener;

@@ -104,20 +104,16 @@ TEST_CASE("contacts and reports of a group's discs do not depend on the storage 
   REQUIRE(near.contacts.size() == 4);  // the group and three walls
   CHECK(near.contacts[0].name == "g");
   CHECK(near.contacts[2].name == "g-wall2");
-  long impacts = 0;
-  double deepest = 0;
-  for (const auto& c : each.contacts) {
-    impacts += c.impacts;
-    deepest = std::max(deepest, c.penetration);
-  }
-  long outcome = 0;
-  double deep = 0;
-  for (const auto& c : near.contacts) {
-    outcome += c.impacts;
-    deep = std::max(deep, c.penetration);
-  }
-  CHECK(outcome == impacts);
-  CHECK(deep == deepest);
+  const auto impacts = [](const Result& run) {
+    long sum = 0;
+    for (const auto& c : run.contacts) sum += c.impacts;
+    return sum;
+  };
+  const auto deepest = [](const Result& run) {
+    return std::ranges::max(run.contacts, {}, &ContactSummary::penetration).penetration;
+  };
+  CHECK(impacts(near) == impacts(each));
+  CHECK(deepest(near) == deepest(each));
 }
 
 TEST_CASE("a run with pairs that form and dissolve continues from a snapshot bit for bit",

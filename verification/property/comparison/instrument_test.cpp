@@ -115,28 +115,6 @@ TEST_CASE("Butterworth low-pass filters of every order: gain, cut-off, impulse",
 }
 
 TEST_CASE("an encoder counts, an LVDT follows, and noise has its standard deviation", "[instruments]") {
-  auto scene =
-      parse_scene(test::body("wheel", 1.0, 1.0,
-                             "position = [0.1, 0.0]\nvelocity = [0.0, 0.2]\nangular_velocity = 2.0\n") +
-                      test::pin("axle", "ground", "wheel", {0, 0}, {-0.1, 0}) + test::run_for(1.0) +
-                      R"([instruments.angle]
-type = "encoder"
-joint = "axle"
-counts = 100
-sampling = 50.0
-[instruments.place]
-type = "lvdt"
-body = "wheel"
-axis = [0.0, 2.0]
-sampling = 50.0
-[instruments.noisy]
-type = "lvdt"
-body = "wheel"
-sampling = 50000.0
-noise = 0.5
-range = 10.0
-)",
-                  "s.toml");
   test::Listener listener;
   double squares = 0;
   int count[3] = {0, 0, 0};
@@ -153,7 +131,8 @@ range = 10.0
       squares += std::pow(value - 0.1 * std::cos(2 * t), 2);
     }
   };
-  Simulation(scene, "nonsmooth").run({.until = 1, .observers = {&listener}});
+  Simulation(read_scene(test::scene_file("measured_wheel")), "nonsmooth")
+      .run({.until = 1, .observers = {&listener}});
   CHECK(count[0] == 50);
   CHECK(count[1] == 50);
   // A standard deviation from n samples scatters by 1/√(2n).

@@ -4,6 +4,7 @@
 
 #include "formulations/integrators/adams.hpp"
 #include "formulations/integrators/methods.hpp"
+#include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -13,7 +14,10 @@ using test::notes_of;
 
 namespace {
 
-const std::vector<std::string> adaptive{"dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"};
+/// A drive of the slider by a harmonic force of 10 N.
+std::string harmonic_push(double frequency) {
+  return test::harmonic("push", 10, 1 / frequency) + test::drive("push", "guide", "force = \"push\"\n");
+}
 
 /// A slider of 2 kg on a guide along x, and the elements acting on it.
 Scene slider(const std::string& more, double speed, const std::vector<std::string>& sets) {
@@ -49,14 +53,15 @@ TEST_CASE("a smooth force over position does its work in every integrator", "[in
   // rise.
   for (const auto& profile : {"polynomial", "cycloidal"})
     for (const double from : {0.0, 0.2, 2.0})
-      for (const auto& integrator : adaptive)
+      for (const std::string integrator : test::adaptive_integrators)
         for (const double tolerance : {1e-6, 1e-9}) {
-          const auto scene = slider(
-              fmt::format("[curves.push]\nshape = \"ramp\"\nprofile = \"{}\"\nfrom = {}\nto = 10.0\nstart = "
-                          "0.5\nrise = 0.3\n[drives.push]\njoint = \"guide\"\nforce = \"push\"\nagainst = "
-                          "\"position\"\n[run]\nduration = 2.0\nstart = \"given\"\n",
-                          profile, from),
-              1, {"penalty.integrator=" + integrator, fmt::format("penalty.tolerance={}", tolerance)});
+          const auto scene =
+              slider(fmt::format("[curves.push]\nshape = \"ramp\"\nprofile = \"{}\"\nfrom = {}\nto = 10.0\n"
+                                 "start = 0.5\nrise = 0.3\n",
+                                 profile, from) +
+                         test::drive("push", "guide", "force = \"push\"\nagainst = \"position\"\n") +
+                         test::run_for(2.0, "start = \"given\"\n"),
+                     1, {"penalty.integrator=" + integrator, fmt::format("penalty.tolerance={}", tolerance)});
           CAPTURE(profile, from, integrator, tolerance);
           const auto run = test::finished(scene, Family::penalty);
           const double x = run.final_state.q[0];
@@ -86,7 +91,7 @@ TEST_CASE("the damper of a bump stop dissipates the energy of its closed form", 
       }
       const double off = rate(low), loss = 0.5 * m * (v * v - off * off);
       const double x = at + y(low) + off * (0.3 - at / v - low);
-      for (const auto& integrator : adaptive)
+      for (const std::string integrator : test::adaptive_integrators)
         for (const double tolerance : {1e-7, 1e-9}) {
           const auto run = test::finished(
               slider(
@@ -112,10 +117,7 @@ TEST_CASE("a motion that ends near rest is assessed by the energy that it exchan
   // F = A sin ωt on a mass at rest: v = A/(m ω) (1 − cos ωt), at rest again after each period.
   const double A = 10, m = 2, f = 20, w = 2 * pi * f;
   const auto driven = [&](const std::vector<std::string>& sets) {
-    return slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = {}\n", A, f) +
-                      test::drive("push", "guide", "force = \"push\"\n") +
-                      test::run_for(10 / f, "start = \"given\"\n"),
-                  0, sets);
+    return slider(harmonic_push(f) + test::run_for(10 / f, "start = \"given\"\n"), 0, sets);
   };
   const auto assess = [&](const Result& run) {
     REQUIRE(run.ending.status == Ending::Status::finished);
@@ -126,7 +128,7 @@ TEST_CASE("a motion that ends near rest is assessed by the energy that it exchan
     CHECK(std::abs(run.final_state.v[0]) < 1e-4 * most);
     CHECK_THAT(notes_of(run), !Contains("warning: "));
   };
-  for (const auto& integrator : adaptive)
+  for (const std::string integrator : test::adaptive_integrators)
     assess(test::simulate(driven({"penalty.integrator=" + integrator}), Family::penalty));
   assess(test::simulate(driven({"penalty.integrator=rk4", "penalty.step=1e-4"}), Family::penalty));
   for (const auto& scheme : {"event-driven", "automatic"})
@@ -139,12 +141,9 @@ TEST_CASE("a force that alternates at 3000 Hz is followed for a second", "[integ
   // impulse of the force, 2A/ω, not to the effect of the greatest force over the lever arm.
   const double A = 10, m = 2, w = 2 * pi * 3000, size = A / (m * w);
   for (const auto* integrator : {"adams_bashforth_moulton", "rosenbrock4"}) {
-    const auto run = test::finished(
-        slider(fmt::format("[curves.push]\nshape = \"harmonic\"\namplitude = {}\nfrequency = 3000\n", A) +
-                   test::drive("push", "guide", "force = \"push\"\n") +
-                   test::run_for(1.0, "start = \"given\"\n"),
-               0, {fmt::format("penalty.integrator={}", integrator)}),
-        Family::penalty);
+    const auto run = test::finished(slider(harmonic_push(3000) + test::run_for(1.0, "start = \"given\"\n"), 0,
+                                           {fmt::format("penalty.integrator={}", integrator)}),
+                                    Family::penalty);
     CAPTURE(integrator, notes_of(run), run.final_state.q[0] / size - 1, run.final_state.v[0] / size);
     // 1e-8 a step at the scale of 1e-3 m/s (tolerance.hpp), in 6e4 steps whose errors follow the
     // sine's sign: a hundred of them.

@@ -1,6 +1,7 @@
 // Narrow kinks of forces against speed and of limited controllers: no scheme may pass over them.
 // Every recorded row is compared with a closed form (references/kinked_forces.hpp).
 #include "verification/references/kinked_forces.hpp"
+#include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -9,12 +10,7 @@ namespace {
 
 using test::Way;
 
-const std::vector<Way> all_ways = [] {
-  std::vector<Way> list{test::automatic, test::event_driven, test::chosen_steps};
-  for (const char* integrator : {"dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"})
-    list.push_back({integrator, Family::penalty, {}, 0, {std::string("penalty.integrator=") + integrator}});
-  return list;
-}();
+const auto all_ways = test::with_integrators({test::automatic, test::event_driven, test::chosen_steps});
 
 /// Bound of a row's error over the greatest speed. Located kinks leave the tolerance of 1e-8 a step,
 /// over at most some thousand steps. Adaptive time stepping is of second order with a tolerance of
@@ -30,17 +26,14 @@ std::string by_speed(bool turns, double m, double v, const std::vector<reference
                      double duration) {
   std::string points;
   for (const auto& k : knots) points += fmt::format("[{:.17g}, {:.17g}], ", k.v, k.force);
-  return (turns ? fmt::format("[bodies.it]\nmass = 1\ninertia = {:.17g}\nangular_velocity = {:.17g}\n"
-                              "[joints.j]\ntype = \"revolute\"\n",
-                              m, v)
-                : fmt::format("[bodies.it]\nmass = {:.17g}\ninertia = 1\nvelocity = [{:.17g}, 0]\n"
-                              "[joints.j]\ntype = \"translational\"\n",
-                              m, v)) +
-         fmt::format(
-             "between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\n{} = \"c\"\nagainst = \"speed\"\n"
-             "[curves.c]\nshape = \"table\"\npoints = [{}]\n"
-             "[run]\nduration = {:.17g}\nstart = \"given\"\n",
-             turns ? "torque_curve" : "force", points, duration);
+  const auto curve = fmt::format("[curves.c]\nshape = \"table\"\npoints = [{}]\n", points) +
+                     test::run_for(duration, "start = \"given\"\n");
+  if (turns)
+    return test::body("it", 1, m, fmt::format("angular_velocity = {}\n", v)) +
+           test::pin("j", "ground", "it") +
+           test::drive("d", "j", "torque_curve = \"c\"\nagainst = \"speed\"\n") + curve;
+  return test::body("it", m, 1, fmt::format("velocity = [{}, 0]\n", v)) + test::guide("j", "ground", "it") +
+         test::drive("d", "j", "force = \"c\"\nagainst = \"speed\"\n") + curve;
 }
 
 void check_speed(bool turns, double m, double v, const std::vector<reference::SpeedCurve::Knot>& knots,
@@ -58,13 +51,12 @@ void check_speed(bool turns, double m, double v, const std::vector<reference::Sp
 }
 
 std::string controlled(const reference::SaturatedAxis& a, double duration) {
-  return fmt::format(
-      "[bodies.it]\nmass = 1\ninertia = {:.17g}\nangular_velocity = {:.17g}\n[joints.j]\n"
-      "type = \"revolute\"\n"
-      "between = [\"ground\", \"it\"]\n[drives.d]\njoint = \"j\"\nproportional = {:.17g}\n"
-      "derivative = {:.17g}\n"
-      "target_angle = {:.17g}\ntorque_limit = {:.17g}\n[run]\nduration = {:.17g}\nstart = \"given\"\n",
-      a.J, a.speed, a.stiffness, a.damping, a.target, a.limit, duration);
+  return test::body("it", 1, a.J, fmt::format("angular_velocity = {}\n", a.speed)) +
+         test::pin("j", "ground", "it") +
+         test::drive("d", "j",
+                     fmt::format("proportional = {}\nderivative = {}\ntarget_angle = {}\ntorque_limit = {}\n",
+                                 a.stiffness, a.damping, a.target, a.limit)) +
+         test::run_for(duration, "start = \"given\"\n");
 }
 
 void check_controller(const reference::SaturatedAxis& axis, double duration) {

@@ -106,17 +106,8 @@ TEST_CASE("a turn of the drive turns epicyclic gears in the ratio of Willis, fas
 
 TEST_CASE("a sun-and-planet gear turns its shaft twice in a stroke of the beam", "[gears][assembly]") {
   // Watt's gear: the planet is fixed to the rod and circles the equal sun; the rod returns to its
-  // angle after a turn of the arm, thus θ_s = (1 + z_p/z_s) 2π. A loop without given positions.
-  const auto text = "format = 2\n" + test::body("arm", 1.0, 1e-3, "angle = 1.0\n") +
-                    test::body("sun", 1.0, 1e-3) + test::body("rod", 1.0, 1e-2, "angle = 1.4\n") +
-                    test::body("beam", 1.0, 1e-2, "angle = 0.2\n") + test::pin("O", "ground", "arm") +
-                    test::pin("shaft", "ground", "sun") +
-                    test::pin("P", "arm", "rod", {0.1, 0.0}, {-0.2, 0.0}) +
-                    test::pin("Q", "rod", "beam", {0.2, 0.0}, {0.2, 0.0}) +
-                    test::pin("D", "ground", "beam", {-0.2, 0.35}, {-0.1, 0.0}) +
-                    gear("mesh", "sun", "rod", 20, 20, "at = [[0.0, 0.0], [-0.2, 0.0]]\n") +
-                    "[assembly]\napproximate = true\n[drives.m]\njoint = \"O\"\nspeed_rpm = 60.0\n" +
-                    test::run_for(1.0, "start = \"assembled\"\n");
+  // angle after a turn of the arm, thus θ_s = (1 + z_p/z_s) 2π.
+  const auto text = test::file_text(test::scene_file("sun_and_planet"));
   for (const auto& way : both()) {
     CAPTURE(way.name, way.fixed());
     const auto scene = test::scene_by(way, text);

@@ -29,31 +29,13 @@ std::vector<Sample> samples(const Scene& scene, std::string_view formulation, st
   return list;
 }
 
-/// A block of 2 kg with an attached plate of 0.5 kg flies at 0.5 m/s against a wall `gap` away,
-/// without other forces.
+/// A block flies against a wall `gap` away.
 Scene thrown(double gap, double bandwidth, std::vector<std::string> sets) {
   sets.push_back(fmt::format("bodies.block.position=[0.0, {}]", 0.1 + gap));
   sets.push_back(fmt::format("bodies.plate.position=[0.0, {}]", 0.2 + gap));
   for (const char* sensor : {"felt", "force"})
     sets.push_back(fmt::format("instruments.{}.bandwidth={}", sensor, bandwidth));
-  return parse_scene(test::body("block", 2.0, 0.01, "velocity = [0.0, -0.5]\n") +
-                         test::body("plate", 0.5, 0.01, "velocity = [0.0, -0.5]\n") +
-                         "[joints.bolt]\ntype = \"rigid\"\nbetween = [\"block\", \"plate\"]\n"
-                         "at = [[0, 0.1], [0, 0]]\n" +
-                         test::plane("wall", "ground", "block", 0.1, "steel", "axis = [1.0, 0.0]\n") +
-                         test::surface("steel", 0.6) + test::run_for(2e-3, "start = \"given\"\n") +
-                         R"([instruments.felt]
-type = "accelerometer"
-body = "block"
-axis = [0.0, 1.0]
-sampling = 50000.0
-[instruments.force]
-type = "load-cell"
-joint = "bolt"
-axis = [0.0, 1.0]
-sampling = 50000.0
-)",
-                     "thrown.toml", sets);
+  return read_scene(test::scene_file("thrown_block"), sets);
 }
 
 /// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt,
@@ -109,22 +91,7 @@ TEST_CASE("event-driven and fixed-step runs under a table over time record finit
   CAPTURE(scheme);
   auto sets = scheme;
   if (sets.size() > 1) sets[1] = "nonsmooth.step=1e-3";
-  // Knots on rows, between rows, closer than a row, and one that ends where the pendulum's torque
-  // is greatest.
-  const auto scene = parse_scene(
-      "gravity = [0.0, -9.81]\n" + test::body("rod", 1.0, 0.1, "position = [0.0, -0.5]\n") +
-          test::pin("pin", "ground", "rod", {0, 0}, {0, 0.5}) +
-          test::drive("motor", "pin",
-                      "torque_table = [[0.0, 0.0], [0.1, 3.0], [0.30005, -20.0], [0.3000500001, 20.0], [0.4, "
-                      "0.0], [0.71, 1.0]]\n") +
-          test::run_for(1.0, "output_step = 5e-5\nforces = true\n") +
-          R"([instruments.felt]
-type = "accelerometer"
-body = "rod"
-bandwidth = 400.0
-sampling = 1000.0
-)",
-      "table.toml", sets);
+  const auto scene = read_scene(test::scene_file("pendulum_with_table"), sets);
   test::TemporaryFolder folder;
   REQUIRE(run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path() / "o"}).ending.status ==
           Ending::Status::finished);

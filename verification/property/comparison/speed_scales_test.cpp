@@ -14,18 +14,9 @@ TEST_CASE("a negligible start velocity does not change the response to a pulse",
   for (const char* speed : {"0", "1e-300", "1e-12"})
     for (const Family family : {Family::penalty, Family::nonsmooth}) {
       CAPTURE(speed, name_of(family));
-      const auto scene = parse_scene(
-          test::body("body", 1.0, 0.1, fmt::format("velocity = [{}, 0.0]\n", speed)) + R"([loads.push]
-type = "force"
-body = "body"
-force = [1.0, 0.0]
-factor = "pulse"
-[curves.pulse]
-shape = "table"
-points = [[0.0, 0.0], [0.3, 0.0], [0.30001, 1e3], [0.30002, 0.0], [1.0, 0.0]]
-)" + test::run_for(1.0, "start = \"given\"\n"),
-          "pulse");
-      const auto run = test::finished(scene, family);
+      const auto run = test::finished(
+          read_scene(test::scene_file("pulse_on_body"), {fmt::format("bodies.body.velocity=[{}, 0]", speed)}),
+          family);
       CHECK(run.final_state.v[0] == Approx(0.01).epsilon(1e-6));
       CHECK(run.final_state.q[0] == Approx(0.01 * (1 - 0.30001)).epsilon(1e-6));
     }
@@ -33,31 +24,9 @@ points = [[0.0, 0.0], [0.3, 0.0], [0.30001, 1e3], [0.30002, 0.0], [1.0, 0.0]]
 
 TEST_CASE("work of a drive far above the energy within the clearance does not shorten the steps",
           "[penalty][curves]") {
-  // A block flies freely between stops of 45 µm on a slide on a curve (scene 758 of the random
-  // scenes of seed 555). The work of the drive was once controlled relative to the kinetic energy
-  // at 5e-8 m/s, below its own rounding: 3.4 million steps.
-  auto scene =
-      parse_scene(test::body("slide", 1, 1) + test::guide("guide", "ground", "slide") +
-                      "[curves.y0]\nshape = \"table\"\n"
-                      "points = [[4.08659046251, -7.17720946042e-05], [7.11509827997, 2.84139205512e-05], "
-                      "[9.63888357018, 3.4481712368e-05]]\n" +
-                      test::drive("d0", "guide", "velocity = \"y0\"\ninitial = -0.000197497475218\n") +
-                      test::body("block", 2.72529801391, 1,
-                                 "position = [-0.000164008354758, 0]\nvelocity = [1.23282297184e-05, 0]\n") +
-                      test::guide("on", "slide", "block") +
-                      test::stop("stop", "travel-stop", "on",
-                                 "lower = 0\nupper = 4.52599705303e-05\nstiffness = 65655583.4404\n") +
-                      test::surface("s", 0.702169564868, "young = 2e11\npoisson = 0.3\n") +
-                      test::spring("spring", "ground", "block", {-0.00623706894109, 0}, {0, 0}, 6.80938359753,
-                                   0.00616738781351) +
-                      test::run_for(0.512048416053, "start = \"assembled\"\n") + R"([penalty]
-v0_floor = 7.07120172412e-07
-friction_v0 = 7.07120172412e-07
-friction_v1 = 7.07120172412e-06
-alpha = 19.5294032488
-beta = 19.5294032488
-)",
-                  "758");
+  // The work of the drive was once controlled relative to the kinetic energy at 5e-8 m/s, below its
+  // own rounding: 3.4 million steps.
+  auto scene = read_scene(test::scene_file("block_between_stops"));
   for (const auto integrator : {Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
     CAPTURE(static_cast<int>(integrator));
     scene.penalty.integrator = integrator;
@@ -73,19 +42,13 @@ beta = 19.5294032488
 
 TEST_CASE("a motion much slower and smaller than its lever arms conserves its energy",
           "[integrators][curves][event-driven]") {
-  // Scene 1376 of the random scenes of seed 8675309: M = A sin(2πθ/p) on a rotor at 2.5e-7 rad/s,
+  // M = A sin(2πθ/p) on a rotor at 2.5e-7 rad/s,
   // 25 hills of 1.5e-4 rad in four hours;
   // E = ½ J ω² + A p/(2π) cos(2πθ/p). Some 50 steps a hill have an error of 1e-8 of ω each, with
   // random signs √1250 · 2e-8 = 7e-7 of E. The bound, set after the first runs, is seven times
   // that. With a scale of 1e-3 rad/s the error was 4.8e-5 (bulirsch_stoer) to 5e-4 (dopri5).
   constexpr double J = 0.0130480311483, A = -6.99899223804e-11, p = 0.000147342645013;
-  auto scene = parse_scene(test::body("rotor", 1, 0.0130480311483,
-                                      "angle = -0.00249239488328\nangular_velocity = 2.45967683912e-07\n") +
-                               test::pin("on", "ground", "rotor") +
-                               test::harmonic("push", -6.99899223804e-11, 0.000147342645013) +
-                               test::drive("push", "on", "torque_curve = \"push\"\nagainst = \"angle\"\n") +
-                               test::run_for(15100.1645737, "start = \"given\"\n"),
-                           "1376");
+  auto scene = read_scene(test::scene_file("rotor_over_hills"));
   const auto energy = [&](double theta, double omega) {
     return 0.5 * J * omega * omega + A * p / (2 * pi) * std::cos(2 * pi * theta / p);
   };
