@@ -61,7 +61,8 @@ struct ClosingLine : Catch::TestEventListenerBase {
   void testCaseEnded(const Catch::TestCaseStats& stats) override {
     if (pages_of_children() == pages || has_tag(stats.testInfo, "process") || has_tag(stats.testInfo, "long"))
       return;
-    std::printf("the test \"%s\" starts programs: move it to verification/process\n", stats.testInfo.name.c_str());
+    std::printf("the test \"%s\" starts programs: move it to verification/process\n",
+                stats.testInfo.name.c_str());
     if (stats.totals.testCases.allPassed()) ++wrong_kinds;
   }
   void testRunEnded(const Catch::TestRunStats& stats) override {

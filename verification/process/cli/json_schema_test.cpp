@@ -24,8 +24,7 @@ int status_of(const std::string& command, const std::filesystem::path& output) {
 
 }  // namespace
 
-TEST_CASE("JSON schemas accept all cases and templates and refuse wrong documents",
-          "[scene][docs]") {
+TEST_CASE("JSON schemas accept all cases and templates and refuse wrong documents", "[scene][docs]") {
   const test::TemporaryFolder folder;
   const auto output = folder.path() / "output", file = folder.path() / "s.toml";
   // scripts/install-deps installs the validator, so that this test cannot pass without it.

@@ -34,8 +34,7 @@ std::size_t halves(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("an invalid request to export is refused in one line, and nothing is written",
-          "[export]") {
+TEST_CASE("an invalid request to export is refused in one line, and nothing is written", "[export]") {
   test::TemporaryFolder folder;
   const auto place = folder.path().string(), run = made_run(folder.path());
   const bool hdf5 = has_hdf5(run);

@@ -3,8 +3,8 @@
 #include "io/files/input_file.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/gnuplot.hpp"
-#include "verification/support/rig.hpp"
 #include "verification/process/untrusted_files/inputs.hpp"
+#include "verification/support/rig.hpp"
 
 using namespace freeplay;
 

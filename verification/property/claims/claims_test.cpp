@@ -102,8 +102,8 @@ struct SetTests {
     for (const auto& set : claim_sets()) {
       // This set starts the C compiler.
       const bool program = set.find == compiled_mechanisms;
-      const auto& file = files.emplace_back(fmt::format("verification/{}/claims/claims-{}.cpp",
-                                                        program ? "process" : "property", set.name));
+      const auto& file = files.emplace_back(
+          fmt::format("verification/{}/claims/claims-{}.cpp", program ? "process" : "property", set.name));
       const auto name = fmt::format(
           "every claim of the set {} holds and is listed in docs/verification/verification.csv", set.name);
       Catch::AutoReg(new SetTest(set), {file.c_str(), 1}, {}, {name, "[claims]"});

@@ -10,12 +10,12 @@
 #include <random>
 #include <string>
 
-#include "verification/unit/references/force_derivations.hpp"
-#include "verification/unit/references/reference_checks.hpp"
 #include "verification/references/bearing_load.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/impulses.hpp"
 #include "verification/references/slider_crank_forces.hpp"
+#include "verification/unit/references/force_derivations.hpp"
+#include "verification/unit/references/reference_checks.hpp"
 
 using namespace freeplay::reference;
 using namespace freeplay::reference::derived;

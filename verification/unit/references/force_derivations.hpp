@@ -6,8 +6,8 @@
 #include <random>
 #include <string>
 
-#include "verification/unit/references/reference_checks.hpp"
 #include "verification/references/planar.hpp"
+#include "verification/unit/references/reference_checks.hpp"
 
 namespace freeplay::reference::derived {
 

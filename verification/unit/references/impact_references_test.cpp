@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "verification/unit/references/reference_checks.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/oblique_impact.hpp"
+#include "verification/unit/references/reference_checks.hpp"
 
 using namespace freeplay::reference;
 

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <string>
 
-#include "verification/unit/references/reference_checks.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
+#include "verification/unit/references/reference_checks.hpp"
 
 using namespace freeplay::reference;
 

@@ -10,7 +10,6 @@
 #include <random>
 #include <string>
 
-#include "verification/unit/references/reference_checks.hpp"
 #include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/loose_guide_flight.hpp"
@@ -18,6 +17,7 @@
 #include "verification/references/ring_and_journal.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/references/slider_crank.hpp"
+#include "verification/unit/references/reference_checks.hpp"
 
 using namespace freeplay::reference;
 
