@@ -1,9 +1,8 @@
 #include "verification/process/crash_recovery/campaign.hpp"
 
-#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
+#include <random>
 
 #include "io/files/output_file.hpp"
 #include "verification/support/runs.hpp"

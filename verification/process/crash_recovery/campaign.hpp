@@ -9,8 +9,6 @@
 //     nothing is left over         no incomplete file, no lock, no checkpoint of a finished run
 #pragma once
 
-#include <functional>
-#include <random>
 #include <string>
 #include <vector>
 

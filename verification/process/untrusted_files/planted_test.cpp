@@ -1,6 +1,5 @@
 // Links, special files and other names in a received or shared folder: nothing is written through
 // them, and nothing waits for them.
-#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "io/files/output_file.hpp"
 #include "verification/process/untrusted_files/inputs.hpp"
