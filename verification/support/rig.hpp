@@ -47,4 +47,13 @@ Outcome refused(const std::string& arguments, const Matcher& message) {
   return outcome;
 }
 
+/// The message of each case, by a function of its text, contains the words beside it.
+template <class Message>
+void check_messages(const Message& message, const std::vector<std::pair<std::string, std::string>>& cases) {
+  for (const auto& [text, words] : cases) {
+    CAPTURE(text);
+    CHECK_THAT(message(text), Catch::Matchers::Contains(words));
+  }
+}
+
 }  // namespace freeplay::test

@@ -4,15 +4,11 @@
 
 namespace freeplay::test {
 
-namespace {
-
-std::string joint(const std::string& name, const char* type, const std::string& i, const std::string& j,
-                  Vec2 on_i, Vec2 on_j) {
-  return fmt::format("[joints.{}]\ntype = \"{}\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n",
-                     name, type, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y());
+std::string joint(const std::string& name, const std::string& type, const std::string& i,
+                  const std::string& j, Vec2 on_i, Vec2 on_j, const std::string& keys) {
+  return fmt::format("[joints.{}]\ntype = \"{}\"\nbetween = [\"{}\", \"{}\"]\nat = [[{}, {}], [{}, {}]]\n{}",
+                     name, type, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y(), keys);
 }
-
-}  // namespace
 
 std::string body(const std::string& name, double mass, double inertia, const std::string& keys) {
   return fmt::format("[bodies.{}]\nmass = {}\ninertia = {}\n{}", name, mass, inertia, keys);
@@ -20,13 +16,13 @@ std::string body(const std::string& name, double mass, double inertia, const std
 
 std::string pin(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
                 const std::string& keys) {
-  return joint(name, "revolute", i, j, on_i, on_j) + keys;
+  return joint(name, "revolute", i, j, on_i, on_j, keys);
 }
 
 std::string guide(const std::string& name, const std::string& i, const std::string& j, Vec2 axis, Vec2 on_i,
                   Vec2 on_j, const std::string& keys) {
-  return joint(name, "translational", i, j, on_i, on_j) +
-         fmt::format("axis = [{}, {}]\n{}", axis.x(), axis.y(), keys);
+  return joint(name, "translational", i, j, on_i, on_j,
+               fmt::format("axis = [{}, {}]\n{}", axis.x(), axis.y(), keys));
 }
 
 std::string spring(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
@@ -78,15 +74,31 @@ std::string motor(const std::string& name, const std::string& joint, double spee
   return drive(name, joint, fmt::format("speed = {}\n{}", speed, keys));
 }
 
+std::string curve(const std::string& name, const std::string& shape, const std::string& keys) {
+  return fmt::format("[curves.{}]\nshape = \"{}\"\n{}", name, shape, keys);
+}
+
+std::string table(const std::string& name, const std::string& points, const std::string& keys) {
+  return curve(name, "table", fmt::format("points = {}\n{}", points, keys));
+}
+
 std::string harmonic(const std::string& name, double amplitude, double period, const std::string& keys) {
-  return fmt::format("[curves.{}]\nshape = \"harmonic\"\namplitude = {}\nperiod = {}\n{}", name, amplitude,
-                     period, keys);
+  return curve(name, "harmonic", fmt::format("amplitude = {}\nperiod = {}\n{}", amplitude, period, keys));
 }
 
 std::string stop(const std::string& name, const std::string& type, const std::string& joint,
                  const std::string& keys, const std::string& surface) {
   return fmt::format("[contacts.{}]\ntype = \"{}\"\njoint = \"{}\"\nsurface = \"{}\"\n{}", name, type, joint,
                      surface, keys);
+}
+
+std::string force(const std::string& name, const std::string& body, Vec2 force, const std::string& keys) {
+  return fmt::format("[loads.{}]\ntype = \"force\"\nbody = \"{}\"\nforce = [{}, {}]\n{}", name, body,
+                     force.x(), force.y(), keys);
+}
+
+std::string joint_friction(const std::string& name, const std::string& joint, const std::string& keys) {
+  return fmt::format("[loads.{}]\ntype = \"joint-friction\"\njoint = \"{}\"\n{}", name, joint, keys);
 }
 
 std::string torsion(const std::string& name, const std::string& i, const std::string& j, double stiffness,

@@ -10,6 +10,9 @@ namespace freeplay::test {
 
 /// [bodies.name]; `keys`: further lines.
 std::string body(const std::string& name, double mass, double inertia, const std::string& keys = "");
+/// A joint of any type between points of bodies i and j; `keys`: further lines.
+std::string joint(const std::string& name, const std::string& type, const std::string& i,
+                  const std::string& j, Vec2 on_i, Vec2 on_j, const std::string& keys = "");
 /// A revolute joint of bodies i and j, at a point of either; `keys`: further lines.
 std::string pin(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i = {},
                 Vec2 on_j = {}, const std::string& keys = "");
@@ -36,11 +39,19 @@ std::string motor(const std::string& name, const std::string& joint, double spee
                   const std::string& keys = "");
 /// A drive of any other kind, which the keys determine.
 std::string drive(const std::string& name, const std::string& joint, const std::string& keys);
+/// A curve of a shape, which the keys determine.
+std::string curve(const std::string& name, const std::string& shape, const std::string& keys);
+/// A table of points, as in [[0, 1], [1, 3]].
+std::string table(const std::string& name, const std::string& points, const std::string& keys = "");
 /// A harmonic curve of time; the period in seconds.
 std::string harmonic(const std::string& name, double amplitude, double period, const std::string& keys = "");
 /// A "travel-stop" or an "angle-stop" of a joint.
 std::string stop(const std::string& name, const std::string& type, const std::string& joint,
                  const std::string& keys, const std::string& surface = "s");
+/// A force on a body, at its centre of mass unless the keys have another point.
+std::string force(const std::string& name, const std::string& body, Vec2 force, const std::string& keys = "");
+/// Friction in a joint, whose bound the keys determine.
+std::string joint_friction(const std::string& name, const std::string& joint, const std::string& keys);
 /// A torsional spring and damper.
 std::string torsion(const std::string& name, const std::string& i, const std::string& j, double stiffness,
                     const std::string& keys = "");
