@@ -4,7 +4,6 @@
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using Catch::Matchers::Contains;
 
 namespace {
 
@@ -48,17 +47,4 @@ TEST_CASE("with static friction the regularisation speed is the first at which 9
   const auto found = regularised(law_of(FrictionLaw::bengisu_akay), o, 1e-3);
   REQUIRE(found);
   CHECK(found->friction_v0 == Approx(1e-3 / (1 - std::sqrt(1 - 0.95 / 1.5))));
-}
-
-TEST_CASE("laws --friction prints all laws at one speed within 80 columns", "[program][laws]") {
-  const auto said = test::freeplay("laws --friction --regularisation 2e-3").out;
-  for (const auto& law : friction_laws()) CHECK_THAT(said, Contains("\n" + std::string(law.text) + " "));
-  CHECK_THAT(said, Contains("friction_v1 = 0.002105"));
-  std::size_t column = 0;
-  for (const char c : said) {
-    column = c == '\n' ? 0 : column + ((c & 0xC0) != 0x80);
-    REQUIRE(column <= 80);
-  }
-  CHECK(test::freeplay("laws --friction --regularisation 0").status == 2);
-  CHECK(test::freeplay("laws --regularisation 1e-3").status == 2);
 }

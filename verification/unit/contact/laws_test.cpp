@@ -26,7 +26,7 @@ ContactForce force_of(ContactLaw law) {
 
 }  // namespace
 
-TEST_CASE("every contact law delivers the restitution of the implicit equation, e = 0.1 ... 0.9", "[laws]") {
+TEST_CASE("contact laws have the damping factors of the reference, e = 0.1 ... 0.9", "[laws]") {
   for (const auto& row : reference::delivered_table) {
     const auto law = std::ranges::find(contact_laws(), std::string_view(row.name), &ContactLawFacts::text);
     REQUIRE(law != contact_laws().end());
@@ -34,9 +34,6 @@ TEST_CASE("every contact law delivers the restitution of the implicit equation, 
       const double e = 0.1 * i, chi = damping_factor(law->law, e);
       CAPTURE(row.name, e);
       REQUIRE(chi == Approx(row.chi(e)).epsilon(1e-14));
-      REQUIRE(
-          delivered_restitution(chi) ==
-          Approx(static_cast<double>(reference::delivered_restitution(row.chi(e)))).margin(1e-8).epsilon(0));
     }
   }
   for (int i = 1; i <= 9; ++i)
@@ -99,8 +96,11 @@ TEST_CASE("every point contact law delivers the first integral of its damping fa
   scene.penalty.integrator = Integrator::dopri5;
   scene.penalty.tolerance = 1e-12;
   for (const auto& law : contact_laws()) {
-    if (law.kind != ContactKind::point) continue;
     CAPTURE(law.text);
+    if (law.kind != ContactKind::point) {
+      CHECK_THROWS_AS(damping_factor(law.law, 0.5), ModelError);
+      continue;
+    }
     for (int i = 1; i <= 10; ++i) {
       const double chi = damping_factor(law.law, 0.1 * i);
       REQUIRE(chi >= 0);
@@ -118,11 +118,6 @@ TEST_CASE("every point contact law delivers the first integral of its damping fa
     CHECK(-touch.v_n_plus / touch.v_n_minus == Approx(e).margin(1e-7));
     CHECK(run.contacts[0].model.restitution_delivered == Approx(e).margin(1e-9));
   }
-}
-
-TEST_CASE("a law of another kind has no damping factor", "[laws]") {
-  for (const auto& law : contact_laws())
-    if (law.kind != ContactKind::point) CHECK_THROWS_AS(damping_factor(law.law, 0.5), ModelError);
 }
 
 TEST_CASE("the laws of Johnson and ESDU differ by the sign of the one", "[laws]") {
@@ -223,38 +218,4 @@ TEST_CASE("friction laws agree in the mechanism at fast sliding", "[laws][fricti
     CHECK(-e.impulse_t / e.impulse_n == Approx(mu).epsilon(law.bristle ? 0.05 : 1e-6));
     CHECK(std::abs(run.ledger.closure()) < 1e-7 * run.ledger.scale());
   }
-}
-
-TEST_CASE("the program lists laws and refuses meaningless combinations", "[program][laws]") {
-  const auto list = test::succeeded("laws");
-  for (const auto& law : contact_laws()) CHECK_THAT(list.out, Contains(std::string(law.text)));
-  for (const auto& law : friction_laws()) CHECK_THAT(list.out, Contains(std::string(law.text)));
-  CHECK_THAT(test::freeplay("laws --restitution 0.46").out, Contains("0.71499"));
-  CHECK(test::freeplay("laws --restitution 2").status == 2);
-  const auto scene = test::flores().string();
-  const auto refused = [&](const std::string& sets, const char* expected) {
-    const auto o = test::freeplay("check " + scene + sets);
-    CAPTURE(sets, o.out, o.err);
-    CHECK_THAT(o.out + o.err, Contains(expected));
-  };
-  refused(" --set penalty.contact=johnson", "joints.gudgeon.bearing_length: is missing");
-  refused(" --set penalty.contact=kelvin-voigt", "penalty.kelvin_stiffness: is missing");
-  refused(" --set penalty.damping=exact", "it belongs to line contacts");
-}
-
-TEST_CASE("the commands laws, drift and verify from the command line", "[program]") {
-  test::TemporaryFolder folder;
-  const auto out = " -o " + folder.path().string();
-  const auto scene = test::flores().string();
-  auto o = test::succeeded("laws " + scene + out + "/laws");
-  CHECK(std::filesystem::file_size(folder.path() / "laws/laws.json") > 100);
-  o = test::freeplay("drift " + scene + " --set run.revolutions=0.1 --set run.discard=0" + out + "/drift");
-  CHECK(o.status == 0);
-  CHECK_THAT(o.out, Contains("baumgarte") && Contains("projection"));
-  test::succeeded("figures " + (folder.path() / "drift").string());
-  o = test::freeplay("verify impact-laws --document " + folder.path().string());
-  CHECK(o.status == 0);
-  CHECK_THAT(o.out, Contains("claims hold"));
-  CHECK(std::filesystem::file_size(folder.path() / "verification.md") > 100);
-  CHECK(test::freeplay("verify nonsense").status == 2);
 }

@@ -6,12 +6,11 @@
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using Catch::Matchers::Contains;
 
 namespace {
 
 constexpr double pi = std::numbers::pi;
-const std::string motor = "[drives.motor]\njoint = \"A\"\nspeed_rpm = 60.0\n";
+const std::string motor = test::drive("motor", "A", "speed_rpm = 60.0\n");
 
 std::string link(const std::string& name, double angle) {
   return test::body(name, 1.0, 0.01, fmt::format("angle = {}\n", angle));
@@ -56,6 +55,20 @@ UndrivenMotions undriven(const std::string& text) {
   return undriven_motions(scene.mechanism, assemble(scene.mechanism, RunOptions::Start::ideal).q);
 }
 
+/// Two links on the ground, the second at an angle.
+std::string chain(double angle) {
+  return "format = 2\n" + link("one", 0.0) + link("two", angle) +
+         test::pin("A", "ground", "one", {}, {-0.1, 0}) + test::pin("B", "one", "two", {0.1, 0}, {-0.1, 0}) +
+         test::run_for(1.0);
+}
+
+/// Crank angles of two dead centres in either order, from those by hand; the sum of both errors.
+double dead_centre_error(const OutputMotion& out, double outer, double inner) {
+  REQUIRE(out.dead_centres.size() == 2);
+  const double first = out.dead_centres[0].angle, second = out.dead_centres[1].angle;
+  return std::min(apart(first, outer) + apart(second, inner), apart(first, inner) + apart(second, outer));
+}
+
 }  // namespace
 
 // A gap of 1e-6 of the longest arm counts as closed, and an end is located to 1e-6 of 5 degrees. An
@@ -75,11 +88,7 @@ TEST_CASE("a crank-rocker closes over a turn, with its dead centres and transmis
   REQUIRE(s->outputs.size() == 1);
   const auto& out = s->outputs[0];
   CHECK(out.joint == "D");
-  REQUIRE(out.dead_centres.size() == 2);
-  const double outer = opposite(c, d, b + a), inner = opposite(c, d, b - a) + pi;
-  const double first = out.dead_centres[0].angle, second = out.dead_centres[1].angle;
-  CHECK(std::min(apart(first, outer) + apart(second, inner), apart(first, inner) + apart(second, outer)) <
-        2 * located);
+  CHECK(dead_centre_error(out, opposite(c, d, b + a), opposite(c, d, b - a) + pi) < 2 * located);
   // Angle of the rocker DC from AD: π minus the angle at D.
   const double swing = opposite(b + a, d, c) - opposite(b - a, d, c);
   CHECK(out.travel == Approx(std::abs(swing)).margin(1e-6));
@@ -121,19 +130,15 @@ TEST_CASE("a double-crank turns its output fully, without dead centres", "[whole
 TEST_CASE("slider-cranks have the range, dead centres and transmission angles of their triangle",
           "[whole-turn]") {
   const double r = 0.05, l = 0.12, e = 0.02;
-  for (const std::string& drive : {motor, std::string("[drives.motor]\njoint = \"A\"\ntorque = 1.0\n")}) {
+  for (const auto& drive : {motor, test::drive("motor", "A", "torque = 1.0\n")}) {
     const auto s = survey(slider_crank(r, l, e, drive));
     REQUIRE(s);
     CHECK(s->full);
     REQUIRE(s->outputs.size() == 1);
     const auto& out = s->outputs[0];
     CHECK(out.slides);
-    REQUIRE(out.dead_centres.size() == 2);
     // Crank and rod in line: sin φ = e/(l + r), and sin(φ − π) = e/(l − r).
-    const double outer = std::asin(e / (l + r)), inner = pi + std::asin(e / (l - r));
-    const double first = out.dead_centres[0].angle, second = out.dead_centres[1].angle;
-    CHECK(std::min(apart(first, outer) + apart(second, inner), apart(first, inner) + apart(second, outer)) <
-          2 * located);
+    CHECK(dead_centre_error(out, std::asin(e / (l + r)), pi + std::asin(e / (l - r))) < 2 * located);
     CHECK(out.travel ==
           Approx(std::sqrt((l + r) * (l + r) - e * e) - std::sqrt((l - r) * (l - r) - e * e)).margin(1e-8));
     // cos μ = |r sin φ − e|/l.
@@ -152,10 +157,7 @@ TEST_CASE("slider-cranks have the range, dead centres and transmission angles of
 
 TEST_CASE("no turn is surveyed without a drive, and chains are followed without outputs", "[whole-turn]") {
   CHECK_FALSE(survey(slider_crank(0.05, 0.12, 0, "")));
-  const auto chain = "format = 2\n" + link("one", 0.0) + link("two", 0.0) +
-                     test::pin("A", "ground", "one", {0, 0}, {-0.1, 0}) +
-                     test::pin("B", "one", "two", {0.1, 0}, {-0.1, 0});
-  const auto s = survey(chain + motor + test::run_for(1.0));
+  const auto s = survey(chain(0) + motor);
   REQUIRE(s);
   CHECK(s->full);
   CHECK(s->outputs.empty());
@@ -163,13 +165,10 @@ TEST_CASE("no turn is surveyed without a drive, and chains are followed without 
 }
 
 TEST_CASE("undriven motions are named by independent joint coordinates", "[whole-turn]") {
-  const auto chain = "format = 2\n" + link("one", 0.0) + link("two", 0.5) +
-                     test::pin("A", "ground", "one", {0, 0}, {-0.1, 0}) +
-                     test::pin("B", "one", "two", {0.1, 0}, {-0.1, 0});
   const std::vector<std::string> elbow{"rotation at B"}, all{"rotation at A", "rotation at B"};
-  CHECK(undriven(chain + motor + test::run_for(1.0)).coordinates == elbow);
-  CHECK(undriven(chain + motor + test::run_for(1.0)).bodies == std::vector<int>{1});
-  CHECK(undriven(chain + test::run_for(1.0)).coordinates == all);
+  CHECK(undriven(chain(0.5) + motor).coordinates == elbow);
+  CHECK(undriven(chain(0.5) + motor).bodies == std::vector<int>{1});
+  CHECK(undriven(chain(0.5)).coordinates == all);
   // A closed loop has one coordinate.
   CHECK(undriven(slider_crank(0.05, 0.12, 0, "")).coordinates == std::vector<std::string>{"rotation at A"});
   CHECK(undriven(slider_crank(0.05, 0.12, 0)).coordinates.empty());
@@ -178,95 +177,4 @@ TEST_CASE("undriven motions are named by independent joint coordinates", "[whole
                              test::guide("G", "ground", "block") + test::run_for(1.0));
   CHECK(free.coordinates ==
         std::vector<std::string>{"sliding at G", "x of disc", "y of disc", "theta of disc"});
-}
-
-TEST_CASE("check reports the drive's turn within 80 columns", "[program][whole-turn]") {
-  test::TemporaryFolder folder;
-  const auto file = folder.path() / "s.toml";
-  std::ofstream(file) << slider_crank(0.05, 0.12, 0.02);
-  const auto said = test::freeplay("check " + file.string()).out;
-  CHECK_THAT(said, Contains("turn of the drive           A closes over a full turn"));
-  CHECK_THAT(said, Contains("transmission angle"));
-  CHECK_THAT(said, Contains("least 54.31 deg at 270 deg"));  // acos(0.07/0.12)
-  std::size_t column = 0;
-  for (const char ch : said) {
-    column = ch == '\n' ? 0 : column + ((ch & 0xC0) != 0x80);
-    REQUIRE(column <= 80);
-  }
-}
-
-TEST_CASE("a mechanism that its drive locks stops with the reason", "[whole-turn][program]") {
-  // Grashof: the longest link 240 mm and the shortest 160 mm exceed the sum of the others: no full turn.
-  const std::string text =
-      "gravity = [0, -9.81]\n" + test::body("crank", 0.3, 2e-4, "points = { o = [0, 0], b = [0.16, 0] }\n") +
-      test::body("coupler", 0.5, 3e-3,
-                 "points = { b = [0, 0], c = [0.22, 0], mass_centre = [0.11, 0.02] }\n") +
-      test::body("rocker", 0.4, 1.2e-3,
-                 "angle = \"80 deg\"\n"
-                 "points = { d = [0, 0], c = [0.15, 0], mass_centre = [0.075, 0] }\n") +
-      R"([joints.A]
-type = "revolute"
-between = ["ground", "crank"]
-at = [[0, 0], "o"]
-[joints.B]
-type = "revolute"
-between = ["crank", "coupler"]
-at = ["b", "b"]
-clearance = 1.5e-4
-bearing_radius = 0.008
-surface = "steel"
-[joints.C]
-type = "revolute"
-between = ["coupler", "rocker"]
-at = ["c", "c"]
-clearance = 3e-4
-bearing_radius = 0.008
-surface = "steel"
-[joints.D]
-type = "revolute"
-between = ["ground", "rocker"]
-at = [[0.24, 0.02], "d"]
-)" + test::surface("steel", 0.6, 0.08) +
-      "[drives.motor]\njoint = \"A\"\nspeed_rpm = 180\n[assembly]\n"
-      "approximate = true\n" +
-      test::run_for(0.2, "start = \"ideal\"\n") + "[nonsmooth]\nscheme = \"automatic\"\n";
-  test::TemporaryFolder folder;
-  const auto scene = folder.path() / "locked.toml";
-  write_file(scene, text);
-  const auto ran = test::freeplay(
-      fmt::format("run {} --formulation nonsmooth -o {}/out", scene.string(), folder.path().string()));
-  CHECK(ran.status == 1);
-  CHECK_THAT(ran.err,
-             Contains("cannot make a full turn") && Contains("a drive moves it beyond the configuration"));
-}
-
-TEST_CASE("check names a controller whose measured joint turns against the driven one",
-          "[whole-turn][program]") {
-  const auto said = [](const char* between) {
-    test::TemporaryFolder folder;
-    const auto scene = folder.path() / "axis.toml";
-    write_file(
-        scene,
-        test::body("motor", 0.4, 1e-4) + test::body("load", 3.0, 0.01, "position = [0.04, 0]\n") +
-            test::pin("shaft", "ground", "motor") +
-            fmt::format(R"([joints.bearing]
-type = "revolute"
-between = [{}]
-at = [{}]
-[joints.mesh]
-type = "gear"
-between = ["motor", "load"]
-teeth = [20, 60]
-module = 1e-3
-)",
-                        between,
-                        std::string(between).starts_with("\"g") ? "[0.04, 0], [0, 0]" : "[0, 0], [0.04, 0]") +
-            test::drive("servo", "shaft",
-                        "measured = \"bearing\"\ntarget_angle = 1.0\nproportional = 2.0\n") +
-            test::run_for(1, "start = \"given\"\n"));
-    return test::freeplay("check " + scene.string()).out;
-  };
-  CHECK_THAT(said("\"ground\", \"load\""),
-             Contains("-0.333333 turns") && Contains("positive feedback") && Contains("drives.servo"));
-  CHECK_THAT(said("\"load\", \"ground\""), Contains("0.333333 turns") && !Contains("positive feedback"));
 }
