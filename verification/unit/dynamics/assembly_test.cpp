@@ -17,6 +17,12 @@ double largest_residual(const System& system, const State& s) {
   }
   return worst;
 }
+
+/// The start of a scene of these elements, and the notes on what it assumes.
+State start_of(const std::string& elements, std::string* assumed = nullptr,
+               RunOptions::Start from = RunOptions::Start::assembled) {
+  return assemble(parse_scene(elements + test::run_for(1), "s.toml").mechanism, from, assumed);
+}
 }  // namespace
 
 TEST_CASE("the reference scene is assembled without any given position", "[assembly]") {
@@ -36,11 +42,9 @@ TEST_CASE("the reference scene is assembled without any given position", "[assem
 TEST_CASE("assembly from a rough start displaces bodies in inverse proportion to their mass", "[assembly]") {
   // Two free bodies whose points must coincide: the lighter one moves farther, in the ratio of the
   // masses.
-  const auto scene = parse_scene(
-      test::body("heavy", 3, 1, "position = [0, 0]\n") + test::body("light", 1, 1, "position = [0.4, 0]\n") +
-          test::pin("j", "heavy", "light") + "[assembly]\napproximate = true\n" + test::run_for(1),
-      "two");
-  const State s = assemble(scene.mechanism, RunOptions::Start::assembled);
+  const State s = start_of(test::body("heavy", 3, 1, "position = [0, 0]\n") +
+                           test::body("light", 1, 1, "position = [0.4, 0]\n") +
+                           test::pin("j", "heavy", "light") + "[assembly]\napproximate = true\n");
   REQUIRE(s.q[0] == Approx(0.1).epsilon(1e-7));
   REQUIRE(s.q[3] == Approx(0.1).epsilon(1e-7));
 }
@@ -66,18 +70,15 @@ TEST_CASE("a body that fits its position is not moved by the assembly of another
   const double r1 = 0.0373, r2 = 0.0973, play = 3.36e-4, phase = 1.06, driven = 0.1013;
   const double free = 0.5 * play / (r2 * std::cos(20 * 3.141592653589793 / 180));
   const double angle = phase - driven * r1 / r2 + 0.5 * free;
-  const auto scene = parse_scene(
-      "format = 2\n" + test::body("one", 1, 1) + test::pin("shaft", "ground", "one") +
-          test::motor("motor", "shaft", 0.1, fmt::format("initial_angle = {}\n", driven)) +
-          test::body("two", 1, 1e-3, fmt::format("position = [{}, 0]\nangle = {}\n", r1 + r2, angle)) +
-          test::pin("second", "ground", "two", {r1 + r2, 0}) +
-          test::gear("mesh", "one", "two", {r1, r2},
-                     fmt::format("phase = {}\nbacklash = {}\nmesh_stiffness = 4000\nsurface = \"s\"\n", phase,
-                                 play)) +
-          test::surface("s", 1, "young = 2e11\npoisson = 0.3\n") +
-          test::run_for(1, "start = \"assembled\"\n"),
-      "gear");
-  const State s = assemble(scene.mechanism, RunOptions::Start::assembled);
+  const State s =
+      start_of("format = 2\n" + test::body("one", 1, 1) + test::pin("shaft", "ground", "one") +
+               test::motor("motor", "shaft", 0.1, fmt::format("initial_angle = {}\n", driven)) +
+               test::body("two", 1, 1e-3, fmt::format("position = [{}, 0]\nangle = {}\n", r1 + r2, angle)) +
+               test::pin("second", "ground", "two", {r1 + r2, 0}) +
+               test::gear("mesh", "one", "two", {r1, r2},
+                          fmt::format("phase = {}\nbacklash = {}\nmesh_stiffness = 4000\nsurface = \"s\"\n",
+                                      phase, play)) +
+               test::surface("s", 1, "young = 2e11\npoisson = 0.3\n"));
   CHECK(std::abs(s.q[2] - driven) < 1e-14);
   CHECK(std::abs(s.q[5] - angle) < 1e-14);
 }
@@ -93,25 +94,17 @@ TEST_CASE("four-bars assemble from rough positions, and without a drive at a giv
 
 TEST_CASE("a mechanism that cannot be assembled is refused with the joint and the distance", "[assembly]") {
   // A rod of 0.3 m between a pivot and a point 1 m away: a distance of 0.7 m remains.
-  const auto scene =
-      parse_scene(test::body("rod", 1, 0.01) + test::pin("left", "ground", "rod", {0, 0}, {-0.15, 0}) +
-                      test::pin("right", "ground", "rod", {1, 0}, {0.15, 0}) + test::run_for(1),
-                  "short");
-  try {
-    assemble(scene.mechanism, RunOptions::Start::assembled);
-    FAIL("assembled");
-  } catch (const ModelError& e) {
-    CHECK_THAT(e.what(), Contains("cannot be closed") && Contains("stays open by 0.35 m"));
-    CHECK_THAT(e.what(), Contains("\"left\"") || Contains("\"right\""));
-  }
+  CHECK_THROWS_WITH(start_of(test::body("rod", 1, 0.01) + test::pin("left", "ground", "rod", {}, {-0.15, 0}) +
+                             test::pin("right", "ground", "rod", {1, 0}, {0.15, 0})),
+                    Contains("cannot be closed") && Contains("stays open by 0.35 m") &&
+                        (Contains("\"left\"") || Contains("\"right\"")));
 }
 
 TEST_CASE("contradicting drives are refused", "[assembly]") {
-  const auto scene = parse_scene(test::body("wheel", 1, 0.01) + test::pin("axle", "ground", "wheel") +
-                                     test::drive("a", "axle", "speed_rpm = 10\n") +
-                                     test::drive("b", "axle", "speed_rpm = 20\n") + test::run_for(1),
-                                 "drives");
-  REQUIRE_THROWS_WITH(assemble(scene.mechanism, RunOptions::Start::assembled), Contains("contradict"));
+  CHECK_THROWS_WITH(
+      start_of(test::body("wheel", 1, 0.01) + test::pin("axle", "ground", "wheel") +
+               test::drive("a", "axle", "speed_rpm = 10\n") + test::drive("b", "axle", "speed_rpm = 20\n")),
+      Contains("contradict"));
 }
 
 TEST_CASE("a given start is accepted as it is, or refused", "[assembly]") {
@@ -166,43 +159,37 @@ TEST_CASE(
     "[assembly]") {
   // Two driven cranks on one axle line, and a link that is too short for both pins at once except
   // for their clearance.
-  const auto scene =
-      parse_scene(test::body("crank", 1, 0.01, "position = [0.05, 0]\n") +
-                      test::body("link", 1, 0.01, "position = [0.2, 0]\n") +
-                      test::pin("axle", "ground", "crank", {0, 0}, {-0.05, 0}) +
-                      test::pin("pin", "crank", "link", {0.05, 0}, {-0.1, 0}, test::loose(1e-3, 1e-2)) +
-                      test::pin("anchor", "ground", "link", {0.3005, 0}, {0.1, 0}) + test::surface("s", 0.5) +
-                      test::motor("motor", "axle", 10) + test::run_for(0.001),
-                  "locked");
   std::string assumed;
-  const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
+  const State s =
+      start_of(test::body("crank", 1, 0.01, "position = [0.05, 0]\n") +
+                   test::body("link", 1, 0.01, "position = [0.2, 0]\n") +
+                   test::pin("axle", "ground", "crank", {0, 0}, {-0.05, 0}) +
+                   test::pin("pin", "crank", "link", {0.05, 0}, {-0.1, 0}, test::loose(1e-3, 1e-2)) +
+                   test::pin("anchor", "ground", "link", {0.3005, 0}, {0.1, 0}) + test::surface("s", 0.5) +
+                   test::motor("motor", "axle", 10),
+               &assumed);
   CHECK_THAT(assumed, Contains("the ideal mechanism cannot move"));
   CHECK(s.v[2] == Approx(10));
   CHECK(s.v[5] == 0);
 }
 
 TEST_CASE("absent velocities are free and stated ones are kept", "[assembly]") {
-  const auto bar = [](const std::string& keys) {
-    return parse_scene(
-        test::body("p", 1, 0.01, keys) + test::pin("o", "ground", "p", {0, 0}, {0, 1}) + test::run_for(1),
-        "pendulum");
+  const auto start = [&](const std::string& keys, std::string* assumed = nullptr) {
+    return start_of(test::pin("o", "ground", "p", {0, 0}, {0, 1}) + test::body("p", 1, 0.01, keys), assumed);
   };
   // ω = 2 rad/s about a pivot 1 m above the centre: v = 2 m/s along x.
   for (const char* keys : {"angular_velocity = 2\n", "velocity = [2, 0]\n"}) {
     std::string assumed;
-    const State s = assemble(bar(keys).mechanism, RunOptions::Start::assembled, &assumed);
+    const State s = start(keys, &assumed);
     CHECK(s.v[2] == Approx(2).epsilon(1e-14));
     CHECK(s.v[0] == Approx(2).epsilon(1e-14));
     CHECK(std::abs(s.v[1]) < 1e-14);
     CHECK(assumed.empty());
   }
   // A contradiction names values, joint and residual; a small one is noted with its amount.
-  const auto start = [&](const std::string& keys, std::string* assumed) {
-    return assemble(bar(keys).mechanism, RunOptions::Start::assembled, assumed);
-  };
-  CHECK_THROWS_WITH(start("angular_velocity = 2\nvelocity = [1, 0]\n", nullptr),
+  CHECK_THROWS_WITH(start("angular_velocity = 2\nvelocity = [1, 0]\n"),
                     Contains("bodies.p") && Contains("joints.o (open by 1 m/s)") && Contains("approximate"));
-  CHECK_THROWS_WITH(start("angle = 0.5\nposition = [0, -1]\n", nullptr),
+  CHECK_THROWS_WITH(start("angle = 0.5\nposition = [0, -1]\n"),
                     Contains("bodies.p.position") && Contains("joints.o (open by") && Contains(" m)"));
   std::string assumed;
   start("angular_velocity = 2\nvelocity = [2.000002, 0]\n", &assumed);
@@ -213,82 +200,45 @@ TEST_CASE("absent velocities are free and stated ones are kept", "[assembly]") {
   CHECK_THAT(assumed, Contains("bodies.p.angular_velocity"));
 }
 
-// Crank 0.1 m at 60°, rod 0.3 m at −asin(0.1 sin 60°/0.3): slider at 0.1 cos 60° + 0.3 cos 16.779°.
-TEST_CASE("consistent angles alone are the start of a slider-crank", "[assembly]") {
-  const double crank = M_PI / 3, rod = -std::asin(std::sin(crank) / 3);
-  for (const char* drive : {"",
-                            "[drives.motor]\njoint = \"shaft\"\nvoltage = 12\nresistance = 1\n"
-                            "torque_constant = 0.1\n"}) {
-    const auto scene = parse_scene(
-        test::body("slider", 2, 1e-2) + test::body("rod", 0.2, 1e-3, fmt::format("angle = {:.17g}\n", rod)) +
-            test::body("crank", 1, 0.02, fmt::format("angle = {:.17g}\nangular_velocity = 3\n", crank)) +
-            test::guide("guide", "ground", "slider") + test::pin("gudgeon", "rod", "slider", {0.15, 0}) +
-            test::pin("shaft", "ground", "crank") + test::pin("pin", "crank", "rod", {0.1, 0}, {-0.15, 0}) +
-            drive + test::run_for(1),
-        "angles");
-    std::string assumed;
-    const State s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
-    CHECK(assumed.empty());
-    CHECK(s.q[8] == crank);
-    CHECK(s.q[5] == rod);
-    CHECK(s.q[0] == Approx(0.1 * std::cos(crank) + 0.3 * std::cos(rod)).epsilon(1e-14));
-    CHECK(s.v[8] == 3);
-    CHECK(s.v[5] == Approx(-3 * 0.1 * std::cos(crank) / (0.3 * std::cos(rod))).epsilon(1e-13));
-  }
-}
-
 TEST_CASE("a start beyond a stop is refused unless the scene allows its change", "[assembly]") {
-  const auto scene = [](const std::string& more) {
-    return parse_scene(test::body("p", 1, 0.01, "angle = \"50 deg\"\n") + test::pin("o", "ground", "p") +
-                           "[contacts.stop]\ntype = \"angle-stop\"\njoint = \"o\"\nupper = \"30 deg\"\n"
-                           "radius = 0.1\nsurface = \"s\"\n[surfaces.s]\nrestitution = 0.5\n" +
-                           more + test::run_for(1),
-                       "stop");
-  };
-  CHECK_THROWS_WITH(
-      assemble(scene("").mechanism, RunOptions::Start::assembled),
-      Contains("bodies.p.angle by 0.3491 rad") && Contains("contacts.stop.upper (overlaps by 0.03491 m)"));
+  const std::string text = test::body("p", 1, 0.01, "angle = \"50 deg\"\n") + test::pin("o", "ground", "p") +
+                           test::stop("stop", "angle-stop", "o", "upper = \"30 deg\"\nradius = 0.1\n") +
+                           test::surface("s", 0.5);
+  CHECK_THROWS_WITH(start_of(text), Contains("bodies.p.angle by 0.3491 rad") &&
+                                        Contains("contacts.stop.upper (overlaps by 0.03491 m)"));
   std::string assumed;
-  const State s =
-      assemble(scene("[assembly]\napproximate = true\n").mechanism, RunOptions::Start::assembled, &assumed);
-  CHECK(s.q[2] == Approx(M_PI / 6).epsilon(1e-5));
+  CHECK(start_of(text + "[assembly]\napproximate = true\n", &assumed).q[2] == Approx(M_PI / 6).epsilon(1e-5));
   CHECK_THAT(assumed, Contains("bodies.p.angle by 0.3491 rad"));
 }
 
 // cos(π/2) of a harmonic velocity is 6e-17, not 0: its scale is the greatest rate of the drive.
 TEST_CASE("a start from rest fits a drive whose rate is zero up to rounding", "[assembly]") {
-  for (const char* stated : {"", "velocity = [0, 0]\nangular_velocity = 0\n"}) {
-    const auto scene = parse_scene(test::body("belt", 1, 1, stated) + test::guide("guide", "ground", "belt") +
-                                       "[curves.vb]\nshape = \"harmonic\"\namplitude = 2\nperiod = 50\n"
-                                       "[drives.belt]\njoint = \"guide\"\nvelocity = \"vb\"\n" +
-                                       test::run_for(1),
-                                   "belt");
-    for (const auto start :
+  for (const char* stated : {"", "velocity = [0, 0]\nangular_velocity = 0\n"})
+    for (const auto from :
          {RunOptions::Start::given, RunOptions::Start::assembled, RunOptions::Start::ideal}) {
       std::string assumed;
-      const State s = assemble(scene.mechanism, start, &assumed);
+      const State s =
+          start_of(test::body("belt", 1, 1, stated) + test::guide("guide", "ground", "belt") +
+                       test::harmonic("vb", 2, 50) + test::drive("belt", "guide", "velocity = \"vb\"\n"),
+                   &assumed, from);
       CHECK(std::abs(s.v[0]) < 1e-15);
       CHECK(assumed.empty());
     }
-  }
 }
 
 TEST_CASE("a stated rate of rounding size beside rates of zero is no contradiction", "[assembly]") {
   // Of seed 881702: the guide keeps the angle, and the angular velocity is one of an earlier assembly.
-  const auto scene = [](const char* rate) {
-    return test::body("m", 1, 1, fmt::format("angle = 0\nangular_velocity = {}\n", rate)) +
-           test::guide("g", "ground", "m") + test::run_for(1);
+  std::string note;
+  const auto start = [&](const char* rate) {
+    return start_of(test::body("m", 1, 1, fmt::format("angle = 0\nangular_velocity = {}\n", rate)) +
+                        test::guide("g", "ground", "m"),
+                    &note);
   };
   for (const char* rate : {"0", "1.1e-17", "-3e-16"}) {
-    const auto m = parse_scene(scene(rate), "guided").mechanism;
-    std::string note;
-    const auto start = assemble(m, RunOptions::Start::assembled, &note);
-    CHECK(start.v[2] == 0);
+    CHECK(start(rate).v[2] == 0);
     CHECK(note.empty());
   }
-  const auto turning = parse_scene(scene("1e-3"), "guided").mechanism;
-  CHECK_THROWS_WITH(assemble(turning, RunOptions::Start::assembled),
-                    Catch::Contains("bodies.m.angular_velocity") && Catch::Contains("joints.g"));
+  CHECK_THROWS_WITH(start("1e-3"), Contains("bodies.m.angular_velocity") && Contains("joints.g"));
 }
 
 TEST_CASE("positions without angles that the first guess does not close are kept from another guess",

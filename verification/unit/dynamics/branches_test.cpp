@@ -14,22 +14,20 @@ namespace {
 
 /// Links of these lengths, the middle of each body its centre of mass; no positions.
 std::string four_bar(double d, double a, double b, double c, const std::string& more = "") {
-  const auto body = [](const char* name, double length) {
-    return fmt::format("[bodies.{0}]\nmass = 1\ninertia = {1}\npoints = {{ P = [{2}, 0], Q = [{3}, 0] }}\n",
-                       name, length * length / 12, -length / 2, length / 2);
-  };
-  const auto joint = [](const char* name, const char* i, const char* j, const std::string& p, const char* q) {
-    return fmt::format("[joints.{}]\ntype = \"revolute\"\nbetween = [\"{}\", \"{}\"]\nat = [{}, \"{}\"]\n",
-                       name, i, j, p, q);
-  };
-  return body("crank", a) + body("coupler", b) + body("rocker", c) +
-         joint("A", "ground", "crank", "[0, 0]", "P") + joint("B", "crank", "coupler", "\"Q\"", "P") +
-         joint("C", "coupler", "rocker", "\"Q\"", "Q") +
-         joint("D", "ground", "rocker", fmt::format("[{}, 0]", d), "P") + "[run]\nduration = 1\n" + more;
+  const auto link = [](const char* name, double length) { return test::body(name, 1, length * length / 12); };
+  return link("crank", a) + link("coupler", b) + link("rocker", c) +
+         test::pin("A", "ground", "crank", {}, {-a / 2, 0}) +
+         test::pin("B", "crank", "coupler", {a / 2, 0}, {-b / 2, 0}) +
+         test::pin("C", "coupler", "rocker", {b / 2, 0}, {c / 2, 0}) +
+         test::pin("D", "ground", "rocker", {d, 0}, {-c / 2, 0}) + test::run_for(1) + more;
 }
 
 std::string drive(double angle) {
-  return fmt::format("[drives.motor]\njoint = \"A\"\nspeed = 1\ninitial_angle = {}\n", angle);
+  return test::motor("motor", "A", 1, fmt::format("initial_angle = {}\n", angle));
+}
+
+std::string on_branch(bool open) {
+  return fmt::format("[assembly]\nbranch = \"{}\"\n", open ? "open" : "crossed");
 }
 
 double from(double angle, double other) { return std::abs(std::remainder(angle - other, 2 * M_PI)); }
@@ -66,16 +64,11 @@ TEST_CASE("Grashof types agree with the triangle inequality for all integer link
   for (const int count : types) CHECK(count > 0);
 }
 
-TEST_CASE("the inversions of one chain have the types given in textbooks", "[assembly][grashof]") {
-  // Links 20, 50, 60, 70 mm: 20 + 70 < 50 + 60.
+TEST_CASE("a four-bar whose shortest and longest links are as long as the others is a change point",
+          "[assembly][grashof]") {
   const auto type = [](double d, double a, double b, double c) { return type_of({{}, {}, {d, a, b, c}}); };
-  CHECK(type(70, 20, 60, 50) == Grashof::crank_rocker);
-  CHECK(type(20, 50, 70, 60) == Grashof::double_crank);
-  CHECK(type(60, 50, 20, 70) == Grashof::double_rocker);
-  CHECK(type(40, 30, 70, 60) == Grashof::change_point);  // 30 + 70 = 40 + 60
+  CHECK(type(40, 30, 70, 60) == Grashof::change_point);
   CHECK(type(1, 1, 1, 1) == Grashof::change_point);
-  CHECK(type(50, 40, 90, 60) == Grashof::triple_rocker);
-  CHECK(type(10, 2, 3, 4) == Grashof::unclosable);
   CHECK(type(0.1, 0.2, 0.3, 0.2 + 1e-12) == Grashof::change_point);
 }
 
@@ -89,8 +82,9 @@ TEST_CASE("four-bar loops are found, with the ground as fixed link and the drive
   };
   CHECK(loop("").lengths == std::array<double, 4>{7, 2, 6, 5});
   CHECK(loop("").joints == std::array{0, 1, 2, 3});
-  CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").lengths == std::array<double, 4>{7, 5, 6, 2});
-  CHECK(loop("[drives.m]\njoint = \"D\"\nspeed = 1\n").bodies == std::array{ground, 2, 1, 0});
+  const auto driven_at_d = loop(test::motor("m", "D", 1));
+  CHECK(driven_at_d.lengths == std::array<double, 4>{7, 5, 6, 2});
+  CHECK(driven_at_d.bodies == std::array{ground, 2, 1, 0});
   // Two loops with a common rocker; a slider-crank has none.
   CHECK(four_bars(test::row_of_four_bars(2, 0).mechanism).size() == 2);
   CHECK(four_bars(read_scene(test::flores()).mechanism).empty());
@@ -107,10 +101,7 @@ TEST_CASE("both branches of a four-bar agree with the closed form, without given
     for (const double angle : {0.2, 1.0, 1.5, 2.2, 3.0})
       for (const bool open : {true, false}) {
         CAPTURE(d, a, angle, open);
-        const auto scene = parse_scene(
-            four_bar(d, a, b, c,
-                     drive(angle) + fmt::format("[assembly]\nbranch = \"{}\"\n", open ? "open" : "crossed")),
-            "s.toml");
+        const auto scene = parse_scene(four_bar(d, a, b, c, drive(angle) + on_branch(open)), "s.toml");
         const auto s = assemble(scene.mechanism, scene.run.start);
         const auto exact = reference::four_bar_pose(d, a, b, c, angle, open);
         // Positions are closed to rounding; the error of angles is greater by at most 1/sin of the
@@ -124,10 +115,7 @@ TEST_CASE("both branches of a four-bar agree with the closed form, without given
 
 TEST_CASE("a mirrored four-bar stays open or crossed", "[assembly][branch]") {
   for (const bool open : {true, false}) {
-    const auto scene = parse_scene(
-        four_bar(0.4, 0.1, 0.35, 0.3,
-                 drive(-1.0) + fmt::format("[assembly]\nbranch = \"{}\"\n", open ? "open" : "crossed")),
-        "s.toml");
+    const auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(-1.0) + on_branch(open)), "s.toml");
     const auto s = assemble(scene.mechanism, scene.run.start);
     CHECK(from(s.q[8], -reference::four_bar_pose(0.4, 0.1, 0.35, 0.3, 1.0, open).rocker) < 1e-9);
   }
@@ -155,16 +143,16 @@ TEST_CASE("the sign of a named angle selects a pose in any mechanism", "[assembl
 }
 
 TEST_CASE("a requested pose that does not exist is refused by its key", "[assembly][errors]") {
-  const auto with = [](const std::string& ask, double d = 0.4) {
-    return message(four_bar(d, 0.1, 0.35, 0.3, drive(1) + "[assembly]\n" + ask));
+  const auto with = [](const std::string& ask) {
+    return message(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\n" + ask));
   };
   CHECK(with("branch = \"open\"\n") == "accepted");
   CHECK_THAT(with("positive = [\"B-C-D\"]\nnegative = [\"B-C-D\"]\n"),
              Contains("assembly.") && Contains("angle B-C-D is") && Contains("other initial guesses"));
-  CHECK_THAT(with("positive = [\"B-C-X\"]\n"), Contains("\"B-C-X\" is not an angle A-B-C at joint B"));
-  CHECK_THAT(with("positive = [\"B-B-C\"]\n"), Contains("is not an angle"));
-  CHECK_THAT(with("branch = \"wide\"\n"), Contains("assembly.branch: \"wide\" is unknown"));
-  CHECK_THAT(with("braanch = \"open\"\n"), Contains("is not a key of [assembly]; did you mean branch?"));
+  test::check_messages(with, {{"positive = [\"B-C-X\"]\n", "\"B-C-X\" is not an angle A-B-C at joint B"},
+                              {"positive = [\"B-B-C\"]\n", "is not an angle"},
+                              {"branch = \"wide\"\n", "assembly.branch: \"wide\" is unknown"},
+                              {"braanch = \"open\"\n", "is not a key of [assembly]; did you mean branch?"}});
   // No four-bar loop, and two of them.
   const auto flores = [](const std::string& set) {
     const auto scene = read_scene(test::flores(), {set});
@@ -191,8 +179,7 @@ TEST_CASE("a start that fails to assemble is replaced by another, reported and r
           "[assembly]") {
   // The given pose closes, but is not the requested one.
   std::string said, again;
-  auto scene =
-      parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + "[assembly]\nbranch = \"open\"\n"), "s.toml");
+  auto scene = parse_scene(four_bar(0.4, 0.1, 0.35, 0.3, drive(1) + on_branch(true)), "s.toml");
   start_from(scene.mechanism, assemble(scene.mechanism, scene.run.start));
   scene.mechanism.assembly.branch = Configuration::Branch::crossed;
   const auto s = assemble(scene.mechanism, scene.run.start, &said);

@@ -10,13 +10,8 @@ namespace {
 std::string scene(const std::string& points, const std::string& at, const std::string& load_at = "[0.2, 0]") {
   return test::body("rod", 1, 0.1) + points + "\n" +
          test::body("mate", 1, 0.1, "points = { hole = [-0.25, 0.1] }\n") +
-         "[joints.pin]\ntype = \"revolute\"\nbetween = [\"rod\", \"mate\"]\nat = " + at +
-         R"(
-[loads.push]
-type = "force"
-body = "rod"
-at = )" + load_at +
-         "\nforce = [1, 0]\n" + test::run_for(1);
+         "[joints.pin]\ntype = \"revolute\"\nbetween = [\"rod\", \"mate\"]\nat = " + at + "\n" +
+         test::force("push", "rod", {1, 0}, "at = " + load_at + "\n") + test::run_for(1);
 }
 const std::string named = "points = { A = [0, 0], B = [\"300 mm\", 0.05], mass_centre = [0.12, 0.01] }";
 
@@ -49,28 +44,22 @@ TEST_CASE("named points give the same scene as their coordinates, bit for bit", 
 }
 
 TEST_CASE("an unknown point is refused with a list of the known ones", "[points][errors]") {
-  CHECK_THAT(test::refusal(scene(named, "[\"C\", \"hole\"]")),
-             Contains("s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: "
-                      "mass_centre, A, B"));
-  CHECK_THAT(test::refusal(scene(named, "[\"hole\", \"B\"]")),
-             Contains("there is no point of bodies.rod \"hole\""));
-  CHECK_THAT(test::refusal(scene("", "[\"A\", \"hole\"]")),
-             Contains("there is no point of bodies.rod \"A\""));
-  CHECK_THAT(test::refusal(scene(named, "[\"B\", \"hole\", \"hole\"]")), Contains("must be two points"));
-  CHECK_THAT(test::refusal(scene(named, "[\"B\", \"hole\"]", "\"D\"")),
-             Contains("loads.push.at: there is no point"));
-  CHECK_THAT(test::refusal(scene("points = 3", "[\"B\", \"hole\"]")),
-             Contains("bodies.rod.points: must be a table of points"));
-  CHECK_THAT(test::refusal(scene("points = { B = 3 }", "[\"B\", \"hole\"]")),
-             Contains("bodies.rod.points.B: must be a pair [x, y], is a number"));
-  CHECK_THAT(test::refusal(scene("points = { B = [\"1 kg\", 0] }", "[\"B\", \"hole\"]")),
-             Contains("bodies.rod.points.B: \"1 kg\" is a mass, must be a length"));
-  CHECK_THAT(test::refusal(scene("points = { B = [1e300, 0] }", "[\"B\", \"hole\"]")),
-             Contains("must be at most 1e+09 m"));
-  CHECK_THAT(test::refusal(scene("points = { \"a b\" = [1, 0] }", "[\"B\", \"hole\"]")),
-             Contains("a name must be made of letters"));
-  const auto text = scene(named, "[\"B\", \"hole\"]");
-  CHECK_THAT(test::refusal(text, {"joints.pin.between=[\"ground\", \"mate\"]"}),
+  const std::string at = "[\"B\", \"hole\"]";
+  test::check_messages(
+      [](const std::string& text) { return test::refusal(text); },
+      {{scene(named, "[\"C\", \"hole\"]"),
+        "s.toml:12:6: joints.pin.at: there is no point of bodies.rod \"C\"; there is: mass_centre, A, B"},
+       {scene(named, "[\"hole\", \"B\"]"), "there is no point of bodies.rod \"hole\""},
+       {scene("", "[\"A\", \"hole\"]"), "there is no point of bodies.rod \"A\""},
+       {scene(named, "[\"B\", \"hole\", \"hole\"]"), "must be two points"},
+       {scene(named, at, "\"D\""), "loads.push.at: there is no point"},
+       {scene("points = 3", at), "bodies.rod.points: must be a table of points"},
+       {scene("points = { B = 3 }", at), "bodies.rod.points.B: must be a pair [x, y], is a number"},
+       {scene("points = { B = [\"1 kg\", 0] }", at),
+        "bodies.rod.points.B: \"1 kg\" is a mass, must be a length"},
+       {scene("points = { B = [1e300, 0] }", at), "must be at most 1e+09 m"},
+       {scene("points = { \"a b\" = [1, 0] }", at), "a name must be made of letters"}});
+  CHECK_THAT(test::refusal(scene(named, at), {"joints.pin.between=[\"ground\", \"mate\"]"}),
              Contains("the ground has no named points"));
 }
 
@@ -78,14 +67,11 @@ TEST_CASE("points of the ground have names like those of bodies", "[points]") {
   // "hole" belongs to the other body, "wall" to the ground; both orders of the pair, the end of a
   // load too, and one moved on the command line.
   const auto text = [](const std::string& fixed, const std::string& at) {
-    return fixed +
-           "[bodies.rod]\nmass = 1\ninertia = 1\n[joints.pin]\ntype = \"revolute\"\n"
-           "between = [\"ground\", \"rod\"]\n"
-           "at = " +
-           at +
+    return fixed + test::body("rod", 1, 1) +
+           "[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\nat = " + at +
            "\n[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"rod\", \"ground\"]\n"
-           "at = [[0, 0], \"roof\"]\n"
-           "stiffness = 1\n[run]\nduration = 1\n";
+           "at = [[0, 0], \"roof\"]\nstiffness = 1\n" +
+           test::run_for(1);
   };
   const std::string fixed = "[ground]\npoints = { wall = [\"400 mm\", 0.1], roof = [0, 2] }\n";
   const auto by_name = parse_scene(text(fixed, "[\"wall\", [0, 0]]"), "s.toml");
@@ -95,11 +81,13 @@ TEST_CASE("points of the ground have names like those of bodies", "[points]") {
   CHECK(to_toml(parse_scene(to_toml(by_name), "again")) == to_toml(by_name));
   const auto moved = parse_scene(text(fixed, "[\"wall\", [0, 0]]"), "s.toml", {"ground.points.wall=[1, 0]"});
   CHECK(std::get<RevoluteJoint>(moved.mechanism.joints[0]).at[0] == Vec2{1, 0});
-  CHECK_THAT(test::refusal(text(fixed, "[\"wal\", [0, 0]]")),
-             Contains("there is no point of the ground \"wal\"") && Contains("wall"));
-  CHECK_THAT(test::refusal(text("", "[\"wall\", [0, 0]]")),
-             Contains("the ground has no named points") && Contains("points = { \"wall\" = [x, y] }"));
-  CHECK_THAT(test::refusal(text("[ground]\npoints = { wall = 3 }\n", "[\"wall\", [0, 0]]")),
-             Contains("ground.points.wall: must be a pair [x, y]"));
-  CHECK_THAT(test::refusal(text("[ground]\nmass = 3\n", "[\"wall\", [0, 0]]")), Contains("ground.mass"));
+  const std::string wall = "[\"wall\", [0, 0]]";
+  test::check_messages(
+      [](const std::string& scene) { return test::refusal(scene); },
+      {{text(fixed, "[\"wal\", [0, 0]]"), "there is no point of the ground \"wal\""},
+       {text(fixed, "[\"wal\", [0, 0]]"), "wall"},
+       {text("", wall), "the ground has no named points"},
+       {text("", wall), "points = { \"wall\" = [x, y] }"},
+       {text("[ground]\npoints = { wall = 3 }\n", wall), "ground.points.wall: must be a pair [x, y]"},
+       {text("[ground]\nmass = 3\n", wall), "ground.mass"}});
 }

@@ -52,16 +52,17 @@ struct Made {
   double length = 0;
 
   VectorXd pose() const {
-    VectorXd q(3 * static_cast<Eigen::Index>(bars.size()));
-    for (std::size_t b = 0; b < bars.size(); ++b)
-      q.segment<3>(3 * static_cast<Eigen::Index>(b)) << bars[b].at.x(), bars[b].at.y(), bars[b].angle;
-    return q;
+    return stacked([](const Bar& b) { return Eigen::Vector3d(b.at.x(), b.at.y(), b.angle); });
   }
   VectorXd masses() const {
-    VectorXd m(3 * static_cast<Eigen::Index>(bars.size()));
-    for (std::size_t b = 0; b < bars.size(); ++b)
-      m.segment<3>(3 * static_cast<Eigen::Index>(b)) << bars[b].mass, bars[b].mass, bars[b].inertia;
-    return m;
+    return stacked([](const Bar& b) { return Eigen::Vector3d(b.mass, b.mass, b.inertia); });
+  }
+  /// Three values of each bar.
+  template <class Values>
+  VectorXd stacked(const Values& of) const {
+    VectorXd x(3 * static_cast<long>(bars.size()));
+    for (std::size_t b = 0; b < bars.size(); ++b) x.segment<3>(3 * static_cast<long>(b)) = of(bars[b]);
+    return x;
   }
   /// Violations of the joints at q, and the rows of their rates.
   void rows(const VectorXd& q, VectorXd& phi, MatrixXd& G) const {
@@ -92,11 +93,11 @@ struct Made {
       if (l.i >= 0) row[3 * l.i + 2] = -1;
       list.emplace_back(turn(l.j) - turn(l.i), row);
     }
-    phi.resize(static_cast<Eigen::Index>(list.size()));
+    phi.resize(static_cast<long>(list.size()));
     G.resize(phi.size(), q.size());
     for (std::size_t k = 0; k < list.size(); ++k) {
-      phi[static_cast<Eigen::Index>(k)] = list[k].first;
-      G.row(static_cast<Eigen::Index>(k)) = list[k].second.transpose();
+      phi[static_cast<long>(k)] = list[k].first;
+      G.row(static_cast<long>(k)) = list[k].second.transpose();
     }
   }
 };
@@ -257,26 +258,22 @@ inline std::string text_of(const Made& m, const VectorXd& q, const VectorXd& v, 
   for (const int b : order) {
     const auto& facts = m.bars[static_cast<std::size_t>(b)];
     const auto& s = stated[static_cast<std::size_t>(b)];
-    text += fmt::format("[bodies.{}]\nmass = {:.17g}\ninertia = {:.17g}\n", facts.name, facts.mass,
-                        facts.inertia);
-    if (s[0]) text += fmt::format("position = [{:.17g}, {:.17g}]\n", q[3 * b], q[3 * b + 1]);
-    if (s[1]) text += fmt::format("angle = {:.17g}\n", q[3 * b + 2]);
-    if (s[2]) text += fmt::format("velocity = [{:.17g}, {:.17g}]\n", v[3 * b], v[3 * b + 1]);
-    if (s[3]) text += fmt::format("angular_velocity = {:.17g}\n", v[3 * b + 2]);
+    std::string keys;
+    if (s[0]) keys += fmt::format("position = [{}, {}]\n", q[3 * b], q[3 * b + 1]);
+    if (s[1]) keys += fmt::format("angle = {}\n", q[3 * b + 2]);
+    if (s[2]) keys += fmt::format("velocity = [{}, {}]\n", v[3 * b], v[3 * b + 1]);
+    if (s[3]) keys += fmt::format("angular_velocity = {}\n", v[3 * b + 2]);
+    text += test::body(facts.name, facts.mass, facts.inertia, keys);
   }
   for (const auto& l : m.links) {
     const char* type = l.kind == Link::Kind::pin     ? "revolute"
                        : l.kind == Link::Kind::guide ? "translational"
                                                      : "slot";
-    text += fmt::format(
-        "[joints.{}]\ntype = \"{}\"\nbetween = [\"{}\", \"{}\"]\n"
-        "at = [[{:.17g}, {:.17g}], [{:.17g}, {:.17g}]]\n",
-        l.name, type, body(l.i), body(l.j), l.p.x(), l.p.y(), l.r.x(), l.r.y());
-    if (l.kind != Link::Kind::pin) text += fmt::format("axis = [{:.17g}, {:.17g}]\n", l.axis.x(), l.axis.y());
+    text += joint(l.name, type, body(l.i), body(l.j), l.p, l.r,
+                  l.kind == Link::Kind::pin ? "" : fmt::format("axis = [{}, {}]\n", l.axis.x(), l.axis.y()));
   }
-  if (r.below(3) == 0)
-    text += "[drives.motor]\njoint = \"j0\"\nvoltage = 12\nresistance = 1\ntorque_constant = 0.1\n";
-  return text + "[run]\nduration = 1\n" + run;
+  if (r.below(3) == 0) text += drive("motor", "j0", "voltage = 12\nresistance = 1\ntorque_constant = 0.1\n");
+  return text + run_for(1, run);
 }
 
 }  // namespace freeplay::test::bars

@@ -75,6 +75,25 @@ struct Failures {
   }
 };
 
+/// A random mechanism with the rows of its joints, and velocities that they allow.
+struct Moving {
+  Made made;
+  VectorXd q, v;
+  MatrixXd G;
+  double speed = 0;  ///< m/s, the greatest
+
+  Moving(Maker& maker, Random& r) : made(maker.make()), q(made.pose()), v(VectorXd::Zero(q.size())) {
+    VectorXd phi;
+    made.rows(q, phi, G);
+    REQUIRE(phi.cwiseAbs().maxCoeff() < 1e-13 * std::max(1.0, made.length));
+    const MatrixXd kernel = Eigen::FullPivLU<MatrixXd>(G).kernel();
+    for (Eigen::Index k = 0; k < kernel.cols(); ++k)
+      v += r.between(-3, 3) / kernel.col(k).norm() * kernel.col(k);
+    for (Eigen::Index i = 0; i < v.size(); i += 3)
+      speed = std::max({speed, std::hypot(v[i], v[i + 1]), made.length * std::abs(v[i + 2])});
+  }
+};
+
 std::pair<std::uint64_t, int> wanted(std::uint64_t seed, int count) {
   if (const char* asked = std::getenv("FREEPLAY_STARTS")) std::istringstream(asked) >> seed >> count;
   return {seed, count};
@@ -88,21 +107,10 @@ TEST_CASE("random starts keep stated values and complete absent ones", "[assembl
   Maker maker(r);
   Failures failures;
   for (int n = 0; n < count; ++n) {
-    const Made m = maker.make();
-    const VectorXd q = m.pose(), mass = m.masses();
+    const Moving drawn(maker, r);
+    const auto& [m, q, v, at_pose, speed] = drawn;
     VectorXd phi;
     MatrixXd G;
-    m.rows(q, phi, G);
-    REQUIRE(phi.cwiseAbs().maxCoeff() < 1e-13 * std::max(1.0, m.length));
-    const MatrixXd kernel = Eigen::FullPivLU<MatrixXd>(G).kernel();
-    VectorXd v = VectorXd::Zero(q.size());
-    for (Eigen::Index k = 0; k < kernel.cols(); ++k)
-      v += r.between(-3, 3) / kernel.col(k).norm() * kernel.col(k);
-    double speed = 0;
-    for (std::size_t b = 0; b < m.bars.size(); ++b) {
-      const auto i = 3 * static_cast<Eigen::Index>(b);
-      speed = std::max({speed, std::hypot(v[i], v[i + 1]), m.length * std::abs(v[i + 2])});
-    }
     // Every value, or angles only, or each with probability one half.
     const int mode = n % 3;
     Stated stated(m.bars.size());
@@ -146,8 +154,7 @@ TEST_CASE("random starts keep stated values and complete absent ones", "[assembl
     if (refusal(start)) continue;
     std::vector<bool> held;
     for (const auto& s : stated) held.insert(held.end(), {s[2], s[2], s[3]});
-    m.rows(q, phi, G);
-    const VectorXd expected = completed(G, mass, v, held);
+    const VectorXd expected = completed(at_pose, m.masses(), v, held);
     double worst = 0;
     for (Eigen::Index c = 0; c < q.size(); ++c)
       worst = std::max(worst, std::abs(start.v[c] - expected[c]) * (c % 3 == 2 ? m.length : 1) / speed);
@@ -167,25 +174,15 @@ TEST_CASE("random contradictory starts are refused or reported", "[assembly]") {
   Maker maker(r);
   Failures failures;
   for (int n = 0; n < count; ++n) {
-    const Made m = maker.make();
-    VectorXd q = m.pose(), phi;
-    MatrixXd G;
-    m.rows(q, phi, G);
-    const MatrixXd kernel = Eigen::FullPivLU<MatrixXd>(G).kernel();
-    VectorXd v = VectorXd::Zero(q.size());
-    for (Eigen::Index k = 0; k < kernel.cols(); ++k)
-      v += r.between(-3, 3) / kernel.col(k).norm() * kernel.col(k);
+    Moving drawn(maker, r);
+    auto& [m, q, v, G, speed] = drawn;
     const bool rate = n % 2 == 1;
     const double size = n % 3 == 0 ? 1e-13 : n % 3 == 1 ? 1e-6 : 0.2;
     const auto c = r.below(static_cast<int>(q.size()));
-    if (rate) {
-      double speed = 0;
-      for (Eigen::Index i = 0; i < v.size(); ++i)
-        speed = std::max(speed, std::abs(v[i]) * (i % 3 == 2 ? m.length : 1));
+    if (rate)
       v[c] += 2 * size * speed / (c % 3 == 2 ? m.length : 1);
-    } else {
+    else
       q[c] += 2 * size * (c % 3 == 2 ? 1 : m.length);
-    }
     const Stated stated(m.bars.size(), std::array<bool, 4>{true, true, rate, rate});
     const auto text = text_of(m, q, v, stated, r, n % 5 == 0 ? "start = \"ideal\"\n" : "");
     const auto start = start_of(m, text);

@@ -22,22 +22,11 @@ Scene everything() {
           test::pin("pin", "a", "b", {-0.2, 0.1}, {0.15, 0.05}) +
           test::pin("pin_back", "c", "ground", {0.12, -0.07}, {0.5, 0.4}) +
           test::guide("slide", "b", "c", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}, "angle = 0.2\n") +
-          test::guide("guide", "ground", "b", {1.0, 0.3}, {0.1, 0.1}, {0.07, -0.02}) + R"([joints.weld]
-type = "rigid"
-between = ["a", "c"]
-at = [[0.2, 0.3], [0.1, -0.2]]
-angle = 0.4
-[joints.rod]
-type = "rod"
-between = ["b", "c"]
-at = [[0.2, 0.3], [0.1, -0.2]]
-length = 0.6
-[joints.rod_ground]
-type = "rod"
-between = ["ground", "a"]
-at = [[0.3, -0.1], [0, 0]]
-length = 0.9
-)" + test::pin("loose", "a", "c", {0.11, 0.06}, {-0.13, 0.08}, test::loose(0.4, 0.5, "steel")) +
+          test::guide("guide", "ground", "b", {1.0, 0.3}, {0.1, 0.1}, {0.07, -0.02}) +
+          test::joint("weld", "rigid", "a", "c", {0.2, 0.3}, {0.1, -0.2}, "angle = 0.4\n") +
+          test::joint("rod", "rod", "b", "c", {0.2, 0.3}, {0.1, -0.2}, "length = 0.6\n") +
+          test::joint("rod_ground", "rod", "ground", "a", {0.3, -0.1}, {}, "length = 0.9\n") +
+          test::pin("loose", "a", "c", {0.11, 0.06}, {-0.13, 0.08}, test::loose(0.4, 0.5, "steel")) +
           test::pin("loose_ground", "ground", "b", {0.0, 0.1}, {0.2, 0.1}, test::loose(0.3, 0.6, "steel")) +
           test::guide("play", "b", "c", {0.8, -0.6}, {0.1, 0.2}, {-0.3, 0.1},
                       "angle = 0.3\nclearance = 0.1\nslider_length = 0.7\nslider_height = 0.4\n"
@@ -45,10 +34,10 @@ length = 0.9
           test::plane("wall", "a", "b", 0.15, "steel",
                       "at = [[0.3, 0.2], [-0.1, 0.4]]\naxis = [0.6, -0.8]\n") +
           test::discs("discs", "c", "a", 0.2, 0.5, "steel", "at = [[0.3, 0.2], [-0.1, 0.4]]\n") +
-          "[drives.motor]\njoint = \"pin\"\nspeed_rpm = 90\n" +
+          test::drive("motor", "pin", "speed_rpm = 90\n") +
           test::spring("spring", "a", "c", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2) +
           test::torsion("torsion", "b", "c", 3, "free_angle = 0.1\n") +
-          "[loads.rub]\ntype = \"joint-friction\"\njoint = \"slide\"\nforce = 5\n" + test::run_for(1),
+          test::joint_friction("rub", "slide", "force = 5\n") + test::run_for(1),
       "everything");
 }
 
@@ -67,6 +56,27 @@ std::vector<double> along(const std::vector<double>& q, const std::vector<double
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += t * v[i];
   return x;
 }
+
+/// Random states q, v of the mechanism, and evaluations at q and at q ∓ s v.
+struct Displaced {
+  System system{everything().mechanism};
+  Random random;
+  std::vector<double> q, v, qa, qb;
+  decltype(system.make_evaluation()) e = system.make_evaluation(), lo = e, hi = e;
+
+  void next() {
+    q = random.vector(system.n()), v = random.vector(system.n());
+    qa = along(q, v, -s), qb = along(q, v, s);
+    system.place(0, q.data(), e);
+    system.place(-s, qa.data(), lo);
+    system.place(s, qb.data(), hi);
+  }
+  /// Central difference of a row's product with v.
+  template <class Row>
+  double change(const Row& before, const Row& after) const {
+    return (after.dot(v.data()) - before.dot(v.data())) / (2 * s);
+  }
+};
 
 }  // namespace
 
@@ -101,36 +111,27 @@ TEST_CASE("every element of the constraint Jacobian equals its central differenc
 
 TEST_CASE("gamma is the negative second derivative of the constraints at zero acceleration", "[system]") {
   // Along q + t v the acceleration is zero, so d(Gv + Φ_t)/dt = −γ.
-  const System system(everything().mechanism);
-  Random random;
-  auto e = system.make_evaluation(), lo = e, hi = e;
+  Displaced d;
+  const auto& system = d.system;
   for (int trial = 0; trial < 20; ++trial) {
-    const auto q = random.vector(system.n()), v = random.vector(system.n());
-    system.place(0, q.data(), e);
-    system.rate(q.data(), v.data(), e);
-    system.place(-s, along(q, v, -s).data(), lo);
-    system.place(s, along(q, v, s).data(), hi);
+    d.next();
+    system.rate(d.q.data(), d.v.data(), d.e);
     for (int k = 0; k < system.rows(); ++k) {
-      const double rate_lo = row_dot(system.pattern(), lo.G.data(), k, v.data());
-      const double rate_hi = row_dot(system.pattern(), hi.G.data(), k, v.data());
+      const double rate_lo = row_dot(system.pattern(), d.lo.G.data(), k, d.v.data());
+      const double rate_hi = row_dot(system.pattern(), d.hi.G.data(), k, d.v.data());
       CAPTURE(system.row_name(k));
-      REQUIRE(e.gamma[k] == Approx(-(rate_hi - rate_lo) / (2 * s)).margin(bound));
+      REQUIRE(d.e.gamma[k] == Approx(-(rate_hi - rate_lo) / (2 * s)).margin(bound));
     }
   }
 }
 
 TEST_CASE("contact rows of gap and sliding agree with finite differences, including rotation of the surfaces",
           "[system]") {
-  const System system(everything().mechanism);
-  Random random;
-  auto e = system.make_evaluation(), lo = e, hi = e;
+  Displaced d;
+  const auto& [system, random, q, v, qa, qb, e, lo, hi] = d;
   ContactRow row, row_lo, row_hi;
   for (int trial = 0; trial < 20; ++trial) {
-    const auto q = random.vector(system.n()), v = random.vector(system.n());
-    system.place(0, q.data(), e);
-    const auto qa = along(q, v, -s), qb = along(q, v, s);
-    system.place(0, qa.data(), lo);
-    system.place(0, qb.data(), hi);
+    d.next();
     for (int k = 0; k < system.contacts(); ++k) {
       const auto& facts = system.contact_facts(k);
       system.contact(k, q.data(), v.data(), e, row);
@@ -138,17 +139,15 @@ TEST_CASE("contact rows of gap and sliding agree with finite differences, includ
       system.contact(k, qb.data(), v.data(), hi, row_hi);
       REQUIRE(row.gap == system.gap(k, q.data(), e));
       REQUIRE(row.normal.dot(v.data()) == Approx((row_hi.gap - row_lo.gap) / (2 * s)).margin(bound));
-      REQUIRE(row.gamma_n ==
-              Approx(-(row_hi.normal.dot(v.data()) - row_lo.normal.dot(v.data())) / (2 * s)).margin(1e-6));
-      REQUIRE(row.gamma_t ==
-              Approx(-(row_hi.tangent.dot(v.data()) - row_lo.tangent.dot(v.data())) / (2 * s)).margin(1e-6));
+      REQUIRE(row.gamma_n == Approx(-d.change(row_lo.normal, row_hi.normal)).margin(1e-6));
+      REQUIRE(row.gamma_t == Approx(-d.change(row_lo.tangent, row_hi.tangent)).margin(1e-6));
       if (!facts.ring) continue;
       // Sliding: t·ė by differences of the eccentricity, plus the rotation of the surfaces.
-      const Vec2 t = perp(system.eccentricity(k, q.data(), e).direction());
+      const Vec2 tangent = perp(system.eccentricity(k, q.data(), e).direction());
       const Vec2 rate =
           (system.eccentricity(k, qb.data(), hi) - system.eccentricity(k, qa.data(), lo)) / (2 * s);
       const auto omega = [&](int body) { return body == ground ? 0 : v[3 * body + 2]; };
-      const double expected = dot(t, rate) + facts.radius_journal * omega(facts.bodies[1]) -
+      const double expected = dot(tangent, rate) + facts.radius_journal * omega(facts.bodies[1]) -
                               facts.radius_bearing * omega(facts.bodies[0]);
       REQUIRE(row.tangent.dot(v.data()) == Approx(expected).margin(bound));
     }
@@ -197,20 +196,14 @@ TEST_CASE("sliding at walls and discs: zero in common motion, radius times spin 
 }
 
 TEST_CASE("the sliding row of a preloaded joint and its second derivative", "[system]") {
-  const System system(everything().mechanism);
-  Random random;
-  auto e = system.make_evaluation(), lo = e, hi = e;
+  Displaced d;
   SparseRow row, row_lo, row_hi;
   for (int trial = 0; trial < 20; ++trial) {
-    const auto q = random.vector(system.n()), v = random.vector(system.n());
-    const auto qa = along(q, v, -s), qb = along(q, v, s);
-    system.place(0, q.data(), e);
-    system.place(0, qa.data(), lo);
-    system.place(0, qb.data(), hi);
-    const double gamma = system.friction(0, q.data(), v.data(), e, row);
-    system.friction(0, qa.data(), v.data(), lo, row_lo);
-    system.friction(0, qb.data(), v.data(), hi, row_hi);
-    REQUIRE(gamma == Approx(-(row_hi.dot(v.data()) - row_lo.dot(v.data())) / (2 * s)).margin(1e-6));
+    d.next();
+    const double gamma = d.system.friction(0, d.q.data(), d.v.data(), d.e, row);
+    d.system.friction(0, d.qa.data(), d.v.data(), d.lo, row_lo);
+    d.system.friction(0, d.qb.data(), d.v.data(), d.hi, row_hi);
+    REQUIRE(gamma == Approx(-d.change(row_lo, row_hi)).margin(1e-6));
   }
 }
 
@@ -255,19 +248,13 @@ namespace {
 /// A small disc above a wall and another on a long arm above a second wall; `long_arm_first`
 /// selects which contact is first.
 Scene two_walls(bool long_arm_first) {
-  const std::string short_one =
-      "[contacts.short]\ntype = \"plane\"\nbetween = [\"ground\", \"a\"]\nradius = 0.01\nsurface = \"s\"\n";
-  const std::string long_one =
-      "[contacts.long]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\nat = [[0, -9], [3, 0]]\n"
-      "radius = 0.02\n"
-      "surface = \"s\"\n";
-  return parse_scene(
-      "[bodies.a]\nmass = 1\ninertia = 1\nposition = [0, 1]\n[bodies.b]\nmass = 1\ninertia = 1\n"
-      "[surfaces.s]\nrestitution = 0.5\n" +
-          (long_arm_first ? long_one + short_one : short_one + long_one) +
-          "[loads.spring]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"a\"]\nstiffness = 10\n"
-          "[run]\nduration = 1\n",
-      "walls");
+  const auto short_one = test::plane("short", "ground", "a", 0.01);
+  const auto long_one = test::plane("long", "ground", "b", 0.02, "s", "at = [[0, -9], [3, 0]]\n");
+  return parse_scene(test::body("a", 1, 1, "position = [0, 1]\n") + test::body("b", 1, 1) +
+                         test::surface("s", 0.5) +
+                         (long_arm_first ? long_one + short_one : short_one + long_one) +
+                         test::spring("spring", "ground", "a", {}, {}, 10, 0) + test::run_for(1),
+                     "walls");
 }
 
 }  // namespace
@@ -310,7 +297,7 @@ TEST_CASE("the crank of a torque-driven mechanism is the joint of the first torq
                            test::pin("main", "ground", "crank") +
                            test::pin("elbow", "crank", "arm", {1.0, 0.0}) + test::run_for(1.0) +
                            test::drive("first", "elbow", "torque = 1.0\n");
-  const std::string speed = "[drives.second]\njoint = \"main\"\nspeed = 2.0\n";
+  const auto speed = test::motor("second", "main", 2);
   const std::vector<double> q{0, 0, 0.7, 1, 0, 0.9};
   CHECK(System(parse_scene(text, "torque").mechanism).crank_angle(q.data()) == Approx(0.2));
   CHECK(System(parse_scene(text + speed, "speed").mechanism).crank_angle(q.data()) == Approx(0.7));
