@@ -77,16 +77,3 @@ TEST_CASE("the pressure of a long bearing solves Reynolds' equation", "[film]") 
   }
   CHECK(pressure(f, e, w_r, w_t, pi) == Approx(0).margin(1e-6));
 }
-
-TEST_CASE("full films have the classical closed forms", "[film]") {
-  for (double e : {0.1, 0.5, 0.9}) {
-    const double s2 = 1 - e * e;
-    const auto sh = film(Film::Kind::short_bearing, false), lo = film(Film::Kind::long_bearing, false);
-    const double us = 0.04 * 0.01 * std::pow(0.02, 3) / std::pow(0.2e-3, 3),
-                 ul = 12 * pi * 0.04 * 0.02 * 1e-6 / std::pow(0.2e-3, 3);
-    CHECK(sh.force(e, 1, 0).radial == Approx(-us * pi * (1 + 2 * e * e) / std::pow(s2, 2.5)));
-    CHECK(sh.force(e, 0, 1).tangential == Approx(-us * pi / std::pow(s2, 1.5)));
-    CHECK(lo.force(e, 1, 0).radial == Approx(-ul / std::pow(s2, 1.5)));
-    CHECK(lo.force(e, 0, 1).tangential == Approx(-ul / ((2 + e * e) * std::sqrt(s2)) * 2));
-  }
-}

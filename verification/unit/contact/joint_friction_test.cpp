@@ -12,25 +12,19 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A rotor of 2 kg m² about its pin at `off` from its centre, rotating without weight; `rub`: keys
-/// of its friction.
-std::string rotor(const std::string& rub, const std::string& more = "") {
-  return test::body("b", 1, 0.005, "position = [0.1, 0]\nvelocity = [0, 2]\nangular_velocity = 20\n") +
-         test::pin("j", "ground", "b", {0, 0}, {-0.1, 0}) + R"([loads.rub]
-type = "joint-friction"
-joint = "j"
-regularisation = 1e-6
-)" + rub +
-         "\n" + test::run_for(0.05) + "[penalty]\nintegrator = \"rosenbrock4\"\n" + more;
+/// Regularised friction of the joint j.
+std::string rub(const std::string& keys) {
+  return test::joint_friction("rub", "j", "regularisation = 1e-6\n" + keys);
 }
-std::string block(const std::string& rub, const std::string& more = "") {
+/// A rotor of 1 kg about its pin at 0.1 m from its centre, rotating without weight; `keys`: of its friction.
+std::string rotor(const std::string& keys) {
+  return test::body("b", 1, 0.005, "position = [0.1, 0]\nvelocity = [0, 2]\nangular_velocity = 20\n") +
+         test::pin("j", "ground", "b", {0, 0}, {-0.1, 0}) + rub(keys) + test::run_for(0.05) +
+         "[penalty]\nintegrator = \"rosenbrock4\"\n";
+}
+std::string block(const std::string& keys, const std::string& more = "") {
   return "gravity = [0, -9.81]\n" + test::body("b", 1, 0.005, "velocity = [1, 0]\n") +
-         test::guide("j", "ground", "b") + R"([loads.rub]
-type = "joint-friction"
-joint = "j"
-regularisation = 1e-6
-)" + rub +
-         more + "\n" + test::run_for(0.05);
+         test::guide("j", "ground", "b") + rub(keys) + more + test::run_for(0.05);
 }
 
 /// The message with which a simulation by the formulation is refused.
@@ -38,35 +32,25 @@ std::string refusal(const std::string& text, const std::string& formulation) {
   return test::refusal_of<std::exception>([&] { Simulation(parse_scene(text, "s.toml"), formulation); });
 }
 
-Ending end_of(const std::string& text, Family family, const std::vector<std::string>& options) {
-  return test::simulate(parse_scene(text, "s.toml", options), family).ending;
-}
-
 }  // namespace
 
 TEST_CASE("invalid keys of joint friction are refused", "[joint-friction]") {
-  struct Bad {
-    std::string text, expected;
-  };
   const std::string pin = "friction = 0.2\npin_radius = 0.01\n";
-  for (const auto& [text, expected] :
-       {Bad{rotor("force = 1\n"), "s.toml:13:9: loads.rub.joint: must be a translational joint"},
-        Bad{rotor("friction = 0.2\n"), "loads.rub.pin_radius: is missing"},
-        Bad{rotor("friction = -0.2\npin_radius = 0.01\n"), "loads.rub.friction: must be 0 or greater"},
-        Bad{rotor("friction = 0.2\npin_radius = 0\n"), "loads.rub.pin_radius: must be greater than 0"},
-        Bad{rotor(pin + "slider_length = 0.1\n"), "loads.rub.slider_length: belongs to translational joints"},
-        Bad{rotor(pin + "static_friction = 0.3\n"), "static_friction and stribeck_speed go together"},
-        Bad{rotor(pin + "stribeck_speed = 0.3\n"), "static_friction and stribeck_speed go together"},
-        Bad{rotor(pin + "static_friction = 0.1\nstribeck_speed = 1\n"), "must be at least friction, 0.2"},
-        Bad{rotor(pin + "force = 1\n"), "loads.rub.force: the bound is either a fixed force or friction"},
-        Bad{block(""), "loads.rub.force: is missing"},
-        Bad{block("force = 1\npin_radius = 0.1\n"), "loads.rub.pin_radius"},
-        Bad{block("friction = 0.1\npin_radius = 0.1\n"), "loads.rub.pin_radius: belongs to revolute joints"},
-        Bad{block("friction = 0.1\nslider_length = -1\n"),
-            "loads.rub.slider_length: must be greater than 0"}}) {
-    CAPTURE(text);
-    CHECK_THAT(test::refusal(text), Contains(expected));
-  }
+  test::check_messages(
+      [](const std::string& text) { return test::refusal(text); },
+      {{rotor("force = 1\n"), "s.toml:13:9: loads.rub.joint: must be a translational joint"},
+       {rotor("friction = 0.2\n"), "loads.rub.pin_radius: is missing"},
+       {rotor("friction = -0.2\npin_radius = 0.01\n"), "loads.rub.friction: must be 0 or greater"},
+       {rotor("friction = 0.2\npin_radius = 0\n"), "loads.rub.pin_radius: must be greater than 0"},
+       {rotor(pin + "slider_length = 0.1\n"), "loads.rub.slider_length: belongs to translational joints"},
+       {rotor(pin + "static_friction = 0.3\n"), "static_friction and stribeck_speed go together"},
+       {rotor(pin + "stribeck_speed = 0.3\n"), "static_friction and stribeck_speed go together"},
+       {rotor(pin + "static_friction = 0.1\nstribeck_speed = 1\n"), "must be at least friction, 0.2"},
+       {rotor(pin + "force = 1\n"), "loads.rub.force: the bound is either a fixed force or friction"},
+       {block(""), "loads.rub.force: is missing"},
+       {block("force = 1\npin_radius = 0.1\n"), "loads.rub.pin_radius"},
+       {block("friction = 0.1\npin_radius = 0.1\n"), "loads.rub.pin_radius: belongs to revolute joints"},
+       {block("friction = 0.1\nslider_length = -1\n"), "loads.rub.slider_length: must be greater than 0"}});
   for (const auto& good : {rotor(pin + "static_friction = 0.3\nstribeck_speed = 0.01\n"),
                            block("friction = 0.1\nslider_length = 0.2\n"), block("force = 1\n")}) {
     const auto scene = parse_scene(good, "s.toml");
@@ -75,7 +59,7 @@ TEST_CASE("invalid keys of joint friction are refused", "[joint-friction]") {
 }
 
 TEST_CASE("friction bounded by a statically indeterminate reaction is refused", "[joint-friction]") {
-  const std::string twice = "[joints.second]\ntype = \"translational\"\nbetween = [\"ground\", \"b\"]\n";
+  const auto twice = test::guide("second", "ground", "b");
   for (const char* formulation : {"penalty", "nonsmooth"})
     CHECK_THAT(
         refusal(block("friction = 0.1\n", twice), formulation),
@@ -84,10 +68,10 @@ TEST_CASE("friction bounded by a statically indeterminate reaction is refused", 
 }
 
 TEST_CASE("phase-based impact laws are refused with joint friction", "[joint-friction]") {
-  const auto text = block(
-      "friction = 0.1\n",
-      "[surfaces.s]\nrestitution = 0.5\n[contacts.wall]\ntype = \"plane\"\nbetween = [\"ground\", \"b\"]\n"
-      "at = [[0.01, 0], [0, 0]]\naxis = [0, 1]\nsurface = \"s\"\n[nonsmooth]\nimpact_law = \"poisson\"\n");
+  const auto text = block("friction = 0.1\n", test::surface("s", 0.5) +
+                                                  test::plane("wall", "ground", "b", 0, "s",
+                                                              "at = [[0.01, 0], [0, 0]]\naxis = [0, 1]\n") +
+                                                  "[nonsmooth]\nimpact_law = \"poisson\"\n");
   CHECK_THAT(refusal(text, "nonsmooth"), Contains("nonsmooth.impact_law: must be \"newton\""));
 }
 
@@ -95,17 +79,15 @@ TEST_CASE("self-locking: a rotor whose friction exceeds its cause has no sliding
           "[joint-friction]") {
   // k = μ r m ε/J = 0.5·0.4·0.1/0.015 = 1.33: no ω̇ satisfies the equation.
   const auto text = rotor("friction = 0.5\npin_radius = 0.4\n");
-  const auto penalty = end_of(text, Family::penalty, {});
-  CHECK(penalty.status == Ending::Status::failed);
-  CHECK_THAT(penalty.reason, Contains("self-locking"));
-  const auto events = end_of(text, Family::nonsmooth, {"nonsmooth.scheme=\"event-driven\""});
-  CHECK(events.status == Ending::Status::failed);
-  CHECK_THAT(events.reason, Contains("self-locking"));
+  for (const auto& way : {test::penalty, test::event_driven}) {
+    const auto ending = test::simulate(test::scene_by(way, text), way.family).ending;
+    CHECK(ending.status == Ending::Status::failed);
+    CHECK_THAT(ending.reason, Contains("self-locking"));
+  }
   // An impulse stops it: the pin locks. Time stepping computes that, and reports it.
-  const auto run = test::simulate(parse_scene(text, "s.toml", {"nonsmooth.step=1e-4"}), Family::nonsmooth);
-  CHECK(run.ending.status == Ending::Status::finished);
+  const auto run = test::finished(test::fixed_steps(1e-4), text);
   CHECK(std::abs(run.final_state.v[2]) < 1e-12);
-  CHECK_THAT(run.notes.empty() ? "" : run.notes.front(), Contains("self-locking"));
+  CHECK_THAT(test::notes_of(run), Contains("self-locking"));
 }
 
 TEST_CASE("coupled friction: one pin in closed form", "[joint-friction]") {
@@ -171,45 +153,30 @@ TEST_CASE("snapshots: friction in pins and guides", "[joint-friction][snapshot]"
       "gravity = [0, -9.81]\n" + body("crank", 1, 0.002) + body("rod", 0.5, 0.001, "position = [0.2, 0]\n") +
       body("slider", 0.4, 0.001, "position = [0.35, 0]\n") + pin("main", "ground", "crank") +
       pin("big_end", "crank", "rod", {0.05, 0}, {-0.15, 0}) + pin("gudgeon", "rod", "slider", {0.15, 0}) +
-      guide("guide", "ground", "slider") + R"([loads.rub_main]
-type = "joint-friction"
-joint = "main"
-friction = 0.2
-pin_radius = 0.01
-regularisation = 1e-4
-[loads.rub_guide]
-type = "joint-friction"
-joint = "guide"
-friction = 0.2
-slider_length = 0.05
-static_friction = 0.3
-stribeck_speed = 0.01
-regularisation = 1e-4
-)" + test::drive("motor", "main", "torque = 0.05\n") +
-      test::run_for(0.4, "output_step = 1e-3\n") + "[penalty]\nintegrator = \"rosenbrock4\"\n";
+      guide("guide", "ground", "slider") +
+      joint_friction("rub_main", "main", "friction = 0.2\npin_radius = 0.01\nregularisation = 1e-4\n") +
+      joint_friction("rub_guide", "guide",
+                     "friction = 0.2\nslider_length = 0.05\nstatic_friction = 0.3\nstribeck_speed = 0.01\n"
+                     "regularisation = 1e-4\n") +
+      drive("motor", "main", "torque = 0.05\n") + run_for(0.4, "output_step = 1e-3\n") +
+      "[penalty]\nintegrator = \"rosenbrock4\"\n";
   snapshots::check({text, "penalty", {}});
-  snapshots::check({text, "nonsmooth", {"nonsmooth.scheme=\"event-driven\""}});
-  snapshots::check({text, "nonsmooth", {"nonsmooth.step=1e-3"}});
-  snapshots::check({text, "nonsmooth", {"nonsmooth.scheme=\"moreau-jean\""}});
+  for (const char* option :
+       {"nonsmooth.scheme=\"event-driven\"", "nonsmooth.step=1e-3", "nonsmooth.scheme=\"moreau-jean\""})
+    snapshots::check({text, "nonsmooth", {option}});
 }
 
 TEST_CASE("the exact Jacobian is correct with friction bounded by its reaction",
           "[joint-friction][jacobian]") {
-  const auto scene = parse_scene(test::two_bodies() + R"([loads.rub_pin]
-type = "joint-friction"
-joint = "pin"
-friction = 0.4
-pin_radius = 0.05
-static_friction = 0.6
-stribeck_speed = 0.3
-regularisation = 10.0
-[loads.rub_slide]
-type = "joint-friction"
-joint = "slide"
-friction = 0.3
-slider_length = 0.2
-regularisation = 10.0
-)" + test::run_for(1),
-                                 "jacobian");
+  const auto scene =
+      parse_scene(test::two_bodies() +
+                      test::joint_friction(
+                          "rub_pin", "pin",
+                          "friction = 0.4\npin_radius = 0.05\nstatic_friction = 0.6\nstribeck_speed = 0.3\n"
+                          "regularisation = 10.0\n") +
+                      test::joint_friction("rub_slide", "slide",
+                                           "friction = 0.3\nslider_length = 0.2\nregularisation = 10.0\n") +
+                      test::run_for(1),
+                  "jacobian");
   CHECK(test::jacobian_error(scene, 20261122, 6) < 1e-6);
 }
