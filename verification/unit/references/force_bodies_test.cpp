@@ -2,20 +2,14 @@
 // that share no equation with them: energy and momentum from positions that are written from the
 // geometry and differentiated numerically, quadrature, and statics by hand. Units are SI
 // throughout.
-#include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <complex>
-#include <random>
-#include <string>
 
 #include "verification/references/bearing_load.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/impulses.hpp"
-#include "verification/references/slider_crank_forces.hpp"
 #include "verification/unit/references/force_derivations.hpp"
-#include "verification/unit/references/reference_checks.hpp"
 
 using namespace freeplay::reference;
 using namespace freeplay::reference::derived;
@@ -52,31 +46,6 @@ TEST_CASE(
     within(load.torque * at.speed, richardson(energy, 0, h), 2 * twice * scale * pace,
            "two terms of two Richardson derivatives, times the speed");
   }
-}
-
-TEST_CASE("rotor: bearing load against a derivation by hand", "[references][forces]") {
-  const Long m = 1.7L, a = 0.08L, w = 31, g = 9.81L;
-  const char* const why = "roundings in long double of 150 N";
-  for (Long angle = -3; angle < 7; angle += 0.4L) {
-    const RotorLoad<Long> load = rotor_load<Long>({m, a, 0.01L}, {angle, w, 0}, {0, -g});
-    within(load.reaction, {-m * a * w * w * std::cos(angle), m * g - m * a * w * w * std::sin(angle)}, 1e-16L,
-           why);
-    within(load.torque, m * g * a * std::cos(angle), 1e-17L, why);
-    const RotorLoad<Long> balanced = rotor_load<Long>({m, 0, 0.01L}, {angle, w, 0}, {0, -g});
-    within(balanced.reaction, {0, m * g}, 0, "a balanced rotor only weighs");
-    within(balanced.torque, 0, 0, "and needs no torque");
-  }
-  // A mass on a thread released at the horizontal: ω² = 2 g/a at the bottom, tension three times
-  // the weight.
-  const Long down = -std::acos(0.0L);
-  const RotorLoad<Long> bottom = rotor_load<Long>({m, a, 0}, {down, std::sqrt(2 * g / a), 0}, {0, -g});
-  within(bottom.reaction, {0, 3 * m * g}, 1e-16L, why);
-  // A rod released at the horizontal falls with 3g/(2 l), and a quarter of its weight acts on the
-  // hinge.
-  const Long l = 2 * a;
-  const RotorLoad<Long> rod = rotor_load<Long>({m, a, m * l * l / 12}, {0, 0, -3 * g / (2 * l)}, {0, -g});
-  within(rod.reaction, {0, m * g / 4}, 1e-17L, why);
-  within(rod.torque, 0, 1e-18L, why);
 }
 
 TEST_CASE("weld: load equals the rates of momentum and angular momentum of the welded body, and its power",
@@ -157,32 +126,6 @@ TEST_CASE("guide: load equals the rates of momentum and angular momentum of the 
   }
 }
 
-TEST_CASE("guide: load against a derivation by hand", "[references][forces]") {
-  const Long m = 2, g = 9.81L, slope_angle = 0.4L;
-  const char* const why = "roundings in long double of 20 N";
-  // A block on a slope without friction: N = m g cos β, and no moment about the foot of its centre.
-  const Vec n = quarter_turn(direction(slope_angle));
-  const GuidedBody<Long> block{m, slope_angle, 0.3L * n, {}, {}};
-  within(guided_acceleration(block, {0, -g}), -g * std::sin(slope_angle), 1e-18L, why);
-  const GuideLoad<Long> sliding = guide_load(block, guided_acceleration(block, {0, -g}), {0, -g});
-  within(sliding.joint.force, m * g * std::cos(slope_angle) * n, 1e-17L, why);
-  within(sliding.joint.moment, 0, 1e-17L, why);
-  // Held at rest: D = m g sin β, and the moment that prevents it from tilting.
-  const GuideLoad<Long> held = guide_load(block, 0.0L, {0, -g});
-  within(held.drive, m * g * std::sin(slope_angle), 1e-17L, why);
-  within(held.joint.moment, -0.3L * m * g * std::sin(slope_angle), 1e-17L, why);
-  // Level guide, arm to the right, 5 N downwards at its end: the moment on it is counter-clockwise.
-  const GuideLoad<Long> arm = guide_load<Long>({m, 0, {0.1L, 0}, {0, -5}, {0.7L, 0.2L}}, 0, {0, -g});
-  within(arm.joint.force, {0, m * g + 5}, 1e-17L, why);
-  within(arm.joint.moment, 0.1L * m * g + 0.7L * 5, 1e-17L, why);
-  // A mast accelerated to the right needs a clockwise moment.
-  const GuideLoad<Long> mast = guide_load<Long>({m, 0, {0, 0.5L}, {}, {}}, 3, {});
-  within(mast.joint.moment, -0.5L * m * 3, 1e-18L, why);
-  within(mast.drive, m * 3, 1e-18L, why);
-}
-
-// ------------------------------------------------------------ impulses
-
 TEST_CASE("dropped ball: the impulse equals the change of momentum between two instants of rest",
           "[references][impulses]") {
   for (const double e : {0.0, 0.46, 0.9, 1.0}) {
@@ -216,35 +159,7 @@ TEST_CASE("dropped ball: in a lasting contact the impulse includes that of the w
          "Gauss of order 60 on half a wave is exact to rounding; a few dozen roundings");
 }
 
-TEST_CASE("low-pass filter: Butterworth gain, and conservation of the impulse", "[references][impulses]") {
-  const Long f = 3e3L, impulse = 0.7L, w = 2 * std::acos(-1.0L) * f;
-  const char* const why =
-      "Gauss of order 60 on panels of 2/ω_c is exact to rounding, e^{−220 sin(π/16)} = 2e-19 left out; modes "
-      "add "
-      "up to some tens, over five time constants: 1e-17, tenfold";
-  using Gauss = boost::math::quadrature::gauss<Long, 30>;
-  for (int order = 1; order <= 8; ++order) {
-    INFO("order " << order);
-    const auto y = [&](Long t) { return low_pass_response(order, f, impulse, t); };
-    for (const Long ratio : {0.0L, 0.5L, 1.0L, 2.0L}) {
-      Long re = 0, im = 0;
-      for (int panel = 0; panel < 110; ++panel) {
-        const Long from = 2 * panel / w, to = 2 * (panel + 1) / w;
-        re += Gauss::integrate([&](Long t) { return y(t) * std::cos(ratio * w * t); }, from, to);
-        im -= Gauss::integrate([&](Long t) { return y(t) * std::sin(ratio * w * t); }, from, to);
-      }
-      within(std::hypot(re, im) / impulse, 1 / std::sqrt(1 + std::pow(ratio, 2.0L * order)), 1e-16L, why);
-      if (ratio == 0) within(re, impulse, 1e-16L, why);
-    }
-    within(low_pass_integral(order, f, impulse, 0.0L), 0, 1e-16L, "starts from nothing");
-    within(low_pass_integral(order, f, impulse, 220 / w), impulse, 1e-16L, "ends with the impulse");
-    const Long middle = 1.7L / w;
-    within(low_pass_integral(order, f, impulse, middle), Gauss::integrate(y, 0.0L, middle), 1e-16L, why);
-  }
-  CHECK_THROWS(low_pass_modes(0, f));
-}
-
-TEST_CASE("low-pass filter of order 2: differential equation, start, peak and modes of the impulse response",
+TEST_CASE("low-pass filter of order 2: differential equation, start and peak of the impulse response",
           "[references][impulses]") {
   const Long f = 3e3L, impulse = 0.7L, pi_long = std::acos(-1.0L), w = 2 * pi_long * f, h = 0.2L / w;
   const auto y = [&](Long t) { return low_pass2_response(f, impulse, t); };
@@ -254,11 +169,6 @@ TEST_CASE("low-pass filter of order 2: differential equation, start, peak and mo
     const Long t = a / w;
     within(richardson(rate, t, h) + std::sqrt(2.0L) * w * rate(t) + w * w * y(t), 0,
            2 * twice * scale * w * w, "two Richardson derivatives, three terms");
-    within(richardson([&](Long s) { return low_pass2_integral(f, impulse, s); }, t, h), y(t), once * scale,
-           why_once);
-    within(y(t), low_pass_response(2, f, impulse, t), 1e-17L * scale, "roundings in long double");
-    within(low_pass2_integral(f, impulse, t), low_pass_integral(2, f, impulse, t), 1e-17L,
-           "roundings in long double");
   }
   // The δ impulse of the input gives the initial values ẏ = ω_c² P and y = 0.
   const Long early = 1e-6L / w;
@@ -269,5 +179,4 @@ TEST_CASE("low-pass filter of order 2: differential equation, start, peak and mo
   within(rate(top), 0, once * scale * w, why_once);
   within(y(pi_long * std::sqrt(2.0L) / w), 0, 1e-18L * scale, "first zero; roundings in long double");
   CHECK(y(-1e-9L) == 0);
-  CHECK(low_pass2_integral(f, impulse, -1e-9L) == 0);
 }

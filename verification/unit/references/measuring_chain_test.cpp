@@ -34,12 +34,8 @@ double sum(const std::vector<Line>& lines, double phi) {
 template <class Signal>
 TurnMetrics metrics(double points, int samples, const Signal& signal, double speed = 2 * pi,
                     double crank_start = 0) {
-  TurnRules rules;
-  rules.speed = speed;
-  rules.crank_start = crank_start;
-  rules.joint = -1;
-  rules.ideal_maximum = 10;
-  TurnMeter meter(rules);
+  TurnMeter meter(
+      {.speed = speed, .crank_start = crank_start, .thresholds = {}, .ideal_maximum = 10, .joint = -1});
   for (int i = 0; i < samples; ++i) meter.acceleration(i / points, signal(i / points));
   return meter.finish((samples - 1) / points, NAN);
 }
@@ -96,11 +92,7 @@ TEST_CASE("a mean revolution keeps the part that is common to all revolutions", 
 }
 
 TEST_CASE("unevenly spaced samples give the same spectrum", "[chain]") {
-  TurnRules rules;
-  rules.speed = 2 * pi;
-  rules.joint = -1;
-  rules.ideal_maximum = 10;
-  TurnMeter meter(rules);
+  TurnMeter meter({.speed = 2 * pi, .thresholds = {}, .ideal_maximum = 10, .joint = -1});
   const std::vector<Line> lines{{1, 3, 0.4}, {5, 0.7, -1}, {25, 1, 1.1}};
   // Samples shifted by up to a quarter of their distance, so at most 1.5 of it apart: harmonics
   // below 0.4·100/1.5 are found.
@@ -194,12 +186,8 @@ TEST_CASE("known impulses pass through filter, sampling and spectrum with the ex
   constexpr int order = 6, turns = 4;
   LowPass filter(cut, order);
   filter.reset(0);
-  TurnRules rules;
-  rules.speed = 2 * pi / T;
-  rules.joint = -1;
-  rules.ideal_maximum = 1;
-  rules.discard = T;  // 250 Hz settle to e^(−2π·250·0.26·0.3) = 1e-53 in it
-  TurnMeter meter(rules);
+  // In the discarded time 250 Hz settle to e^(−2π·250·0.26·0.3) = 1e-53.
+  TurnMeter meter({.discard = T, .speed = 2 * pi / T, .thresholds = {}, .ideal_maximum = 1, .joint = -1});
   double t = 0, next = 0;
   double kick = 0.1 * T;
   while (t < (turns + 1) * T) {
@@ -232,10 +220,7 @@ TEST_CASE("known impulses pass through filter, sampling and spectrum with the ex
 }
 
 TEST_CASE("counts per revolution refer to the time that was counted", "[chain]") {
-  TurnRules rules;
-  rules.speed = 2 * pi;
-  rules.discard = 1;
-  TurnMeter meter(rules);
+  TurnMeter meter({.discard = 1, .speed = 2 * pi, .thresholds = {}});
   // Flights of 0.15 s from n/5 on, each ended by an impact: none is under way at 1 s, and 1.9 s
   // contain 9.5 fifths.
   for (int n = 0; 0.2 * n < 2.9; ++n) {
@@ -257,9 +242,7 @@ TEST_CASE("counts per revolution refer to the time that was counted", "[chain]")
 }
 
 TEST_CASE("flights and contacts across the ends of the window count with their part inside it", "[chain]") {
-  TurnRules rules;
-  rules.speed = 2 * pi;
-  rules.discard = 1;
+  const TurnRules rules{.discard = 1, .speed = 2 * pi, .thresholds = {}};
   SECTION("a flight across both ends of the window") {
     TurnMeter meter(rules);
     meter.event(event(EventKind::separation, 0.9));
@@ -277,8 +260,7 @@ TEST_CASE("flights and contacts across the ends of the window count with their p
     CHECK(meter.finish(2, 0).value[Name::flight_share] == 0);
   }
   SECTION("a run that starts in flight") {
-    rules.discard = 0;
-    TurnMeter meter(rules);
+    TurnMeter meter({.speed = 2 * pi, .thresholds = {}});
     meter.event(event(EventKind::contact, 0.5, 1));
     const auto m = meter.finish(2, 0);
     CHECK(m.value[Name::flight_share] == Approx(0.25));
@@ -288,10 +270,7 @@ TEST_CASE("flights and contacts across the ends of the window count with their p
 
 TEST_CASE("a crank that turns backwards has its own angles of separation and contact", "[chain]") {
   for (const double sign : {1.0, -1.0}) {
-    TurnRules rules;
-    rules.speed = sign * 2 * pi;
-    rules.crank_start = sign * pi / 6;
-    TurnMeter meter(rules);
+    TurnMeter meter({.speed = sign * 2 * pi, .crank_start = sign * pi / 6, .thresholds = {}});
     for (int turn = 0; turn < 3; ++turn) {
       meter.event(event(EventKind::separation, turn + 0.25));
       meter.event(event(EventKind::impact, turn + 0.5, 1));

@@ -1,15 +1,11 @@
 // The oracle (verification/references/slider_crank_oracle.hpp), compared with facts that it is not
 // computed from: differences, Lagrange's equation, elliptic functions, balances of momentum,
 // limits.
-#include <algorithm>
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <string>
 
-#include "verification/references/delivered_restitution.hpp"
-#include "verification/references/hertz_impact.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 #include "verification/unit/references/reference_checks.hpp"
 
@@ -78,17 +74,6 @@ OracleRun<Long> nonsmooth_run(Long friction, Long e, Long end = 0.02L, int most 
   OracleOptions<Long> options;
   options.most_impacts = most;
   return SliderCrankOracle<Long>(m, options).nonsmooth(e, end);
-}
-
-OracleRun<Long> penalty_run(Long friction, Long chi, Long stiffness, int most = 10000) {
-  Mechanism m;
-  m.friction = friction;
-  OracleOptions<Long> options;
-  options.most_impacts = most;
-  PenaltyContact<Long> law;
-  law.stiffness = stiffness;
-  law.chi = chi;
-  return SliderCrankOracle<Long>(m, options).penalty(law, 0.02L);
 }
 
 }  // namespace
@@ -213,84 +198,6 @@ TEST_CASE("oracle: the impact law holds at every impact up to the accumulation p
       within(
           ratio, 0.46L, 0.002L,
           "hops under constant acceleration; it changes by (25/s) 4e-5 s = 0.1 % over the longest of these");
-    }
-  }
-}
-
-TEST_CASE("oracle: results do not depend on the step size or the precision", "[references]") {
-  const OracleRun<Long> fine = nonsmooth_run(0.01L, 0.46L);
-  OracleOptions<Long> coarse_options;
-  coarse_options.flight_step = 2e-4L;
-  Mechanism m;
-  m.friction = 0.01L;
-  const OracleRun<Long> coarse = SliderCrankOracle<Long>(m, coarse_options).nonsmooth(0.46L, 0.02L);
-  LooseSliderCrank<double> rounded;
-  rounded.friction = 0.01;
-  const OracleRun<double> single = SliderCrankOracle<double>(rounded).nonsmooth(0.46, 0.02);
-  for (std::size_t i = 0; i < 5; ++i) {
-    INFO("impact " << i + 1);
-    within(coarse.impacts.at(i).v_n_minus / fine.impacts.at(i).v_n_minus, 1, 1e-11L,
-           "(ω h)⁹ = 1e-21 a step; the rest is rounding, 3e-20 m, which impacts magnify by 1e3 to 1e4");
-    within(single.impacts.at(i).v_n_minus / fine.impacts.at(i).v_n_minus, 1, 2e-8L,
-           "the same rounding, 2048 times larger");
-  }
-  const OracleRun<Long> penalty = penalty_run(0, 1.66351L, 1.055e11L);
-  OracleOptions<Long> denser;
-  denser.contact_steps = 1024;
-  PenaltyContact<Long> law;
-  law.chi = 1.66351L;
-  const OracleRun<Long> other = SliderCrankOracle<Long>(Mechanism{}, denser).penalty(law, 0.02L);
-  REQUIRE(penalty.impacts.size() >= 3);
-  for (std::size_t i = 0; i < 3; ++i) {
-    within(penalty.impacts[i].impulse_n / other.impacts.at(i).impulse_n, 1, 1e-11L,
-           "(1/16)⁹ = 1e-11 per step near the ends, where the force is a small part of its peak");
-    within(penalty.impacts[i].duration / other.impacts.at(i).duration, 1, 1e-11L, "the same");
-  }
-  CHECK(penalty.end == OracleEnd::lasting_contact);
-}
-
-TEST_CASE("oracle: a stiff contact gives the free impact of the closed forms", "[references]") {
-  const Mechanism m;
-  const Long t1 = nonsmooth_run(0, 0.46L).impacts.at(0).t;
-  const Long mass = 1 / gudgeon_contact(m, t1, closed_flight(m, t1)).delassus.nn;
-  // The gap closes with about 26 m/s² by itself (second flight: 2 · 0.052 m/s in 4.1 ms), which
-  // changes speeds by 26 T over a contact of duration T.
-  for (const Long stiffness : {1e12L, 1e14L}) {
-    for (const Long e : {1.0L, 0.46L}) {
-      const OracleImpact<Long> i = penalty_run(0, exact_chi(e), stiffness, 1).impacts.at(0);
-      const Long v = -i.v_n_minus, load = 26 * i.duration / v;
-      within(i.v_n_plus / v, e, 2 * load, "delivered restitution, but for the load");
-      within(i.impulse_n / (mass * v), 1 + e, 2 * load, "impulse (1 + ê) m v, but for the load");
-      if (e == 1) {
-        const ElasticImpact hertz = elastic_impact(double(stiffness), double(mass), double(v));
-        within(i.duration / hertz.duration, 1, 2 * load, "Hertz's duration, but for the load");
-      }
-    }
-  }
-  const OracleImpact<Long> sliding = penalty_run(0.01L, 0.5L, 1.055e11L, 1).impacts.at(0);
-  within(sliding.impulse_t / sliding.impulse_n, -0.01L, 1e-17L,
-         "|v_t| > 0.03 m/s stays above v_b = 0.001 m/s");
-}
-
-TEST_CASE("oracle: the stiff limit of the penalty law is the nonsmooth law", "[references]") {
-  for (const Long friction : {0.0L, 0.01L}) {
-    const OracleRun<Long> limit = nonsmooth_run(friction, 0.46L);
-    Long last_t[3] = {}, last_v[3] = {};
-    for (const Long stiffness : {1e11L, 1e12L, 1e13L, 1e14L, 1e15L}) {
-      const OracleRun<Long> run = penalty_run(friction, exact_chi(0.46L), stiffness, 3);
-      for (const std::size_t i : {1u, 2u}) {
-        const Long t = run.impacts.at(i).t - limit.impacts.at(i).t;
-        const Long v = run.impacts.at(i).v_n_minus - limit.impacts.at(i).v_n_minus;
-        // Contact time ∝ K^{−2/5}. The next order is smaller by the ratio of contact to flight
-        // time, 5 % at K = 1e11, and decreases at the same rate.
-        INFO("impact " << i + 1 << ", K = " << stiffness << ", μ = " << friction);
-        if (stiffness > 1e11L) {
-          const Long rate = std::pow(10.0L, 0.4L), allowed = 0.2L * std::pow(1e12L / stiffness, 0.4L) + 1e-3L;
-          within(last_t[i] / t, rate, allowed, "time of impact: 10^{2/5} a decade");
-          within(last_v[i] / v, rate, allowed, "approach speed: 10^{2/5} a decade");
-        }
-        last_t[i] = t, last_v[i] = v;
-      }
     }
   }
 }

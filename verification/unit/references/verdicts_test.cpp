@@ -22,11 +22,7 @@ double curve(double phi) {
 /// of their size.
 template <class Signal>
 TurnMetrics turns(double points, double scatter, const Signal& signal, int count = 4) {
-  TurnRules rules;
-  rules.speed = 2 * pi;
-  rules.joint = -1;
-  rules.ideal_maximum = 25;
-  TurnMeter meter(rules);
+  TurnMeter meter({.speed = 2 * pi, .thresholds = {}, .ideal_maximum = 25, .joint = -1});
   for (int i = 0; i < static_cast<int>(count * points) + 1; ++i) {
     const double t = i / points, sign = static_cast<int>(t + 1e-9) % 2 ? 1 : -1;
     meter.acceleration(t, (1 + sign * scatter) * signal(2 * pi * t));
@@ -41,6 +37,12 @@ Agreement assessed(double uncertainty, bool datum, const Signal& signal, double 
   a.metrics = turns(400, scatter, curve, count);
   assess(turns(60, scatter, signal, count), uncertainty, datum, a);
   return a;
+}
+
+TurnMetrics metered(const Measurement& m, const TurnRules& rules) {
+  TurnMeter meter(rules);
+  for (std::size_t i = 0; i < m.time.size(); ++i) meter.acceleration(m.time[i], m.acceleration[i]);
+  return meter.finish(m.time.back(), NAN);
 }
 
 /// m/s², of curve().
@@ -239,14 +241,11 @@ TEST_CASE("samples of a file have the given times, within their digits and for b
         text += fmt::format("{:.1f},{}\n", degrees, curve(degrees * pi / 180));
       }
       const auto m = read(text, speed);
-      TurnRules rules;
-      rules.speed = speed;
-      rules.crank_start = m.start_angle * pi / 180;
-      rules.joint = -1;
-      rules.ideal_maximum = 25;
-      TurnMeter meter(rules);
-      for (std::size_t i = 0; i < m.time.size(); ++i) meter.acceleration(m.time[i], m.acceleration[i]);
-      const auto metrics = meter.finish(m.time.back(), NAN);
+      const auto metrics = metered(m, {.speed = speed,
+                                       .crank_start = m.start_angle * pi / 180,
+                                       .thresholds = {},
+                                       .ideal_maximum = 25,
+                                       .joint = -1});
       CHECK(m.datum);
       CHECK(std::abs(2.0 * metrics.turns[0][1] - 20.0) < 1e-9);
       CHECK(std::abs(2.0 * metrics.turns[0][9] - std::polar(2.0, -0.3)) < 1e-9);
@@ -269,12 +268,7 @@ TEST_CASE("a file shorter than one revolution is refused, one of a whole revolut
       continue;
     }
     const auto m = read_measurement(file, 2 * pi, 0);
-    TurnRules rules;
-    rules.speed = 2 * pi;
-    rules.joint = -1;
-    TurnMeter meter(rules);
-    for (std::size_t i = 0; i < m.time.size(); ++i) meter.acceleration(m.time[i], m.acceleration[i]);
-    CHECK(meter.finish(m.time.back(), 0).turns.size() == 1);
+    CHECK(metered(m, {.speed = 2 * pi, .thresholds = {}, .joint = -1}).turns.size() == 1);
   }
 }
 
