@@ -263,4 +263,9 @@ inline std::string chain() {
          "bandwidth = 500.0\nsampling = 2000.0\n";
 }
 
+/// The same without further settings.
+inline void check(std::string scene, std::string formulation, Options set = {}, std::vector<Place> in = {}) {
+  check(Case{std::move(scene), std::move(formulation), std::move(set), std::move(in)});
+}
+
 }  // namespace freeplay::snapshots

@@ -44,10 +44,9 @@ TEST_CASE("snapshots: every penalty integrator continues bit for bit", "[snapsho
        {by("rk4") + "penalty.step=5e-6", by("dopri5"), by("bulirsch_stoer") + "surfaces.steel.friction=0.1",
         by("bulirsch_stoer") + "penalty.stabilisation=projection", by("adams_bashforth_moulton"),
         by("rosenbrock4") + "penalty.stabilisation=none"})
-    check({rig(),
-           "penalty",
-           method + " run.duration=0.02 run.discard=0.003 run.output_step=1e-4 penalty.tolerance=1e-7",
-           {flight, contact, slide}});
+    check(rig(), "penalty",
+          method + " run.duration=0.02 run.discard=0.003 run.output_step=1e-4 penalty.tolerance=1e-7",
+          {flight, contact, slide});
 }
 
 TEST_CASE("snapshots: friction zones and bristles", "[snapshot]") {
@@ -56,38 +55,32 @@ TEST_CASE("snapshots: friction zones and bristles", "[snapshot]") {
         "bengisu-akay penalty.friction_static=1.2", "brown-mcphee penalty.friction_static=1.2",
         "lugre penalty.friction_static=1.2"})
     for (const char* integrator : {"dopri5", "adams_bashforth_moulton"})
-      check({text("ring"),
-             "penalty",
-             by(integrator) + "penalty.tolerance=1e-6 penalty.friction_v0=0.02 run.duration=0.03 " +
-                 "penalty.friction=" + law,
-             {flight, contact, stick}});
+      check(text("ring"), "penalty",
+            by(integrator) + "penalty.tolerance=1e-6 penalty.friction_v0=0.02 run.duration=0.03 " +
+                "penalty.friction=" + law,
+            {flight, contact, stick});
   // A block that slides up a slope and stays there, held by its bristles.
   for (const char* integrator : {"rosenbrock4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton"})
-    check({text("block_on_slope"),
-           "penalty",
-           by(integrator) + "penalty.contact=kelvin-voigt penalty.kelvin_stiffness=1e5 " +
-               "penalty.kelvin_damping=200 penalty.friction=lugre penalty.bristle_stiffness=3e3 " +
-               "penalty.friction_v0=0.01 penalty.tolerance=1e-7 bodies.block.velocity=[0.3,0] " +
-               "run.duration=0.08 run.output_step=1e-3",
-           {contact, slide, stick}});
+    check(text("block_on_slope"), "penalty",
+          by(integrator) + "penalty.contact=kelvin-voigt penalty.kelvin_stiffness=1e5 " +
+              "penalty.kelvin_damping=200 penalty.friction=lugre penalty.bristle_stiffness=3e3 " +
+              "penalty.friction_v0=0.01 penalty.tolerance=1e-7 bodies.block.velocity=[0.3,0] " +
+              "run.duration=0.08 run.output_step=1e-3",
+          {contact, slide, stick});
 }
 
 TEST_CASE("snapshots: a film, and its hand-over to dry contact", "[snapshot][films]") {
   for (const char* integrator : {"dopri5", "adams_bashforth_moulton", "rosenbrock4"})
-    check({oiled(rig()),
-           "penalty",
-           by(integrator) + "penalty.tolerance=1e-6 run.duration=0.02 run.output_step=1e-4",
-           {film}});
+    check(oiled(rig()), "penalty",
+          by(integrator) + "penalty.tolerance=1e-6 run.duration=0.02 run.output_step=1e-4", {film});
   for (const char* scheme : {"moreau-jean", "event-driven", "automatic"})
-    check({oiled(rig()),
-           "nonsmooth",
-           fmt::format("nonsmooth.scheme={} run.duration=0.02 run.discard=0.01 run.output_step=1e-4", scheme),
-           {film}});
+    check(oiled(rig()), "nonsmooth",
+          fmt::format("nonsmooth.scheme={} run.duration=0.02 run.discard=0.01 run.output_step=1e-4", scheme),
+          {film});
   // Stiff: the implicit method is active.
-  check({oiled(rig()),
-         "nonsmooth",
-         events + "lubricants.oil.viscosity=40 run.duration=0.01 run.discard=0.001 run.output_step=1e-4",
-         {film}});
+  check(oiled(rig()), "nonsmooth",
+        events + "lubricants.oil.viscosity=40 run.duration=0.01 run.discard=0.001 run.output_step=1e-4",
+        {film});
 }
 
 TEST_CASE("snapshots: springs, dampers, preloaded friction and tables", "[snapshot]") {
@@ -99,12 +92,12 @@ TEST_CASE("snapshots: springs, dampers, preloaded friction and tables", "[snapsh
 
 TEST_CASE("snapshots: runs with kinks of springs and cams continue bit for bit", "[snapshot][compliant]") {
   for (const char* integrator : {"dopri5", "rosenbrock4", "adams_bashforth_moulton"})
-    check({text("cable_and_buffer"), "penalty", by(integrator) + "penalty.tolerance=1e-7"});
+    check(text("cable_and_buffer"), "penalty", by(integrator) + "penalty.tolerance=1e-7");
   for (const char* scheme : {"event-driven", "automatic", "moreau-jean"})
-    check({text("cable_and_buffer"), "nonsmooth", fmt::format("nonsmooth.scheme={}", scheme)});
-  check({text("cam_and_lever"), "penalty", "penalty.tolerance=1e-7", {flight, contact}});
+    check(text("cable_and_buffer"), "nonsmooth", fmt::format("nonsmooth.scheme={}", scheme));
+  check(text("cam_and_lever"), "penalty", "penalty.tolerance=1e-7", {flight, contact});
   for (const auto& scheme : {events, stepping + "2e-5"})
-    check({text("cam_and_lever"), "nonsmooth", scheme, {flight}});
+    check(text("cam_and_lever"), "nonsmooth", scheme, {flight});
 }
 
 TEST_CASE("snapshots: sparse factors with their pivots, and redundant rows", "[snapshot]") {
@@ -124,12 +117,10 @@ TEST_CASE("snapshots: sparse factors with their pivots, and redundant rows", "[s
            false,
            forces});
   }
-  check({text("redundant_rail"),
-         "penalty",
-         "penalty.tolerance=1e-5 run.duration=0.03 run.output_step=1e-3",
-         {flight}});
+  check(text("redundant_rail"), "penalty", "penalty.tolerance=1e-5 run.duration=0.03 run.output_step=1e-3",
+        {flight});
   for (const auto& scheme : {stepping + "5e-4", events + "nonsmooth.tolerance=1e-6"})
-    check({text("redundant_rail"), "nonsmooth", scheme + " run.duration=0.1 run.output_step=1e-3", {flight}});
+    check(text("redundant_rail"), "nonsmooth", scheme + " run.duration=0.1 run.output_step=1e-3", {flight});
 }
 
 TEST_CASE("snapshots: both nonsmooth schemes, in flight, in contact and at impacts", "[snapshot]") {
@@ -140,43 +131,38 @@ TEST_CASE("snapshots: both nonsmooth schemes, in flight, in contact and at impac
       check({rig(), "nonsmooth", scheme + brief, {flight, contact, impact}, matched});
   }
   for (const char* law : {"poisson", "energetic"})
-    check({rig(),
-           "nonsmooth",
-           events + "run.duration=0.02 run.output_step=1e-4 nonsmooth.impact_law=" + law,
-           {flight, impact}});
+    check(rig(), "nonsmooth", events + "run.duration=0.02 run.output_step=1e-4 nonsmooth.impact_law=" + law,
+          {flight, impact});
   for (const auto& scheme :
        {std::string(), adaptive + "run.output_step=1e-3", automatic + "run.output_step=1e-3"})
-    check({text("block_on_slope"), "nonsmooth", scheme, {contact, slide}});
-  check({text("block_on_slope"), "nonsmooth", stepping + "5e-4", {contact, slide, stick}});
+    check(text("block_on_slope"), "nonsmooth", scheme, {contact, slide});
+  check(text("block_on_slope"), "nonsmooth", stepping + "5e-4", {contact, slide, stick});
   for (const auto& scheme : {std::string(), adaptive, automatic})
-    check({text("dragged_block"), "nonsmooth", scheme + "run.duration=0.6", {contact, slide, stick}});
-  check({text("dragged_block"), "nonsmooth", stepping + "1e-3", {contact, slide, stick}});
+    check(text("dragged_block"), "nonsmooth", scheme + "run.duration=0.6", {contact, slide, stick});
+  check(text("dragged_block"), "nonsmooth", stepping + "1e-3", {contact, slide, stick});
   for (const auto& scheme : {events, adaptive, automatic})
-    check({text("bouncing_ball"), "nonsmooth", scheme + "run.output_step=1e-3", {flight, impact}});
-  check({text("four_bar_two"),
-         "nonsmooth",
-         events + "run.duration=0.1 run.output_step=1e-3",
-         {flight, impact}});
+    check(text("bouncing_ball"), "nonsmooth", scheme + "run.output_step=1e-3", {flight, impact});
+  check(text("four_bar_two"), "nonsmooth", events + "run.duration=0.1 run.output_step=1e-3",
+        {flight, impact});
 }
 
 TEST_CASE("snapshots: adaptive time stepping, and the default scheme before, within and after its hand-overs",
           "[snapshot]") {
   const std::string steps_of_chain = "nonsmooth.step_tolerance=1e-4 run.duration=0.1 run.output_step=1e-3 ";
-  check({chain(), "nonsmooth", adaptive + steps_of_chain + "run.discard=0", {flight}});
-  check({chain(), "nonsmooth", automatic + steps_of_chain + "nonsmooth.tolerance=1e-6", {flight}});
+  check(chain(), "nonsmooth", adaptive + steps_of_chain + "run.discard=0", {flight});
+  check(chain(), "nonsmooth", automatic + steps_of_chain + "nonsmooth.tolerance=1e-6", {flight});
   for (const auto& scheme : {adaptive, automatic})
     check({test::random_pile(8), "nonsmooth", scheme + "run.duration=0.1", {contact, impact}, false, false});
   // Three hand-overs; most of its steps are those of time stepping.
-  check({test::random_pile(1), "nonsmooth", "run.duration=0.443", {contact, impact}});
+  check(test::random_pile(1), "nonsmooth", "run.duration=0.443", {contact, impact});
 }
 
 TEST_CASE("snapshots: the four corners of a guide with clearance, and every contact solver", "[snapshot]") {
-  check({text("free_slider"), "nonsmooth", "run.output_step=1e-3", {flight, impact}});
-  check({text("free_slider"),
-         "penalty",
-         "penalty.contact=kelvin-voigt penalty.kelvin_stiffness=1e6 penalty.kelvin_damping=50 "
-         "surfaces.steel.tangential_restitution=0 run.output_step=1e-3 penalty.tolerance=1e-6",
-         {flight, contact, slide}});
+  check(text("free_slider"), "nonsmooth", "run.output_step=1e-3", {flight, impact});
+  check(text("free_slider"), "penalty",
+        "penalty.contact=kelvin-voigt penalty.kelvin_stiffness=1e6 penalty.kelvin_damping=50 "
+        "surfaces.steel.tangential_restitution=0 run.output_step=1e-3 penalty.tolerance=1e-6",
+        {flight, contact, slide});
   for (const char* solver : {"automatic", "enumeration", "lemke", "gauss-seidel", "newton"})
     for (const std::string scene : {"free_slider", "dragged_block", "four_bar_two"}) {
       CAPTURE(scene);
@@ -192,9 +178,9 @@ TEST_CASE("snapshots: the integral and the lag of a controller, across gears wit
           "[controller][snapshot]") {
   const auto axis = text("controlled_axis");
   for (const auto& method : {std::string(), by("rosenbrock4")})
-    check({axis, "penalty", method, {flight, contact}});
+    check(axis, "penalty", method, {flight, contact});
   // Without restitution, since events do not resolve an accumulation of impacts.
-  check({axis, "nonsmooth", events + "surfaces.steel.restitution=0", {flight, contact}});
+  check(axis, "nonsmooth", events + "surfaces.steel.restitution=0", {flight, contact});
   for (const auto& scheme : {automatic, stepping + "2e-4", adaptive})
-    check({axis, "nonsmooth", scheme, {flight}});
+    check(axis, "nonsmooth", scheme, {flight});
 }
