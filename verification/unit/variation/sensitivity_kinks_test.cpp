@@ -100,40 +100,17 @@ TEST_CASE("an approach far from the origin of a body does not graze", "[sensitiv
 }
 
 TEST_CASE("a slider that lies flat does not turn with its clearance", "[sensitivity]") {
-  const auto q =
-      of("gravity = [0, -9.81]\n" + test::body("crank", 2, 0.01) + test::body("rod", 0.3, 0.002) +
-             test::body("sl", 0.6724125459032921, 0.0006607017479469935) + test::pin("m", "ground", "crank") +
-             test::pin("b", "crank", "rod", {0.05, 0}, {-0.06, 0}) +
-             test::pin("p", "rod", "sl", {0.06, 0}, {-0.0013401486540098213, -0.0009039535213918293}) +
-             test::guide("g", "ground", "sl", {1, 0}, {}, {},
-                         "clearance = 0.00015946678376041508\nslider_length = 0.05\nslider_height = 0.03\n"
-                         "corner_radius = 0.002\nsurface = \"s\"\n") +
-             test::surface("s", 0.584129535553981, 0.09051812727232932) +
-             test::motor("dr", "m", 43.22501271922221, "initial_angle = 5.059574480650748\n") +
-             test::run_for(0.08865372653234961, "start = \"ideal\"\n") + by_events,
-         {"end.sl.theta", "end.sl.y"}, {"joints.g.clearance"});
+  const auto q = of(test::file_text(test::scene_file("slider_on_flat")), {"end.sl.theta", "end.sl.y"},
+                    {"joints.g.clearance"});
   // Both corners of its lower side are closed: θ = 0 and y = −c for every clearance c.
   CHECK(std::abs(q.quantities[0].derivatives[0]) < 1e-9);
   CHECK(q.quantities[1].derivatives[0] == Approx(-1).epsilon(1e-9));
 }
 
 TEST_CASE("rounding errors of an impact are no kink", "[sensitivity]") {
-  const auto q =
-      of("gravity = [0, -9.81]\n" + test::body("crank", 0.157, 0.00013) +
-             test::body("coupler", 0.55, 0.0056) + test::body("rocker", 0.47, 0.0035) +
-             test::pin("A", "ground", "crank", {0, 0}, {-0.05, 0}) +
-             test::pin("B", "crank", "coupler", {0.05, 0}, {-0.175, 0}) +
-             test::pin("C", "coupler", "rocker", {0.175, 0}, {0.15, 0},
-                       test::loose(0.00023517451988092238, 0.01)) +
-             test::pin("D", "ground", "rocker", {0.4, 0}, {-0.15, 0}) +
-             test::surface("s", 0.6870795098775833, 0.4519676818766362) +
-             test::drive("m", "A", "speed_rpm = 108.23386826441833\ninitial_angle = 0.9973769504320831\n") +
-             "[assembly]\nbranch = \"open\"\n" +
-             test::torsion("ts", "ground", "rocker", 2.2557595586266324,
-                           "free_angle = 1.5\ndamping = 0.020443186888223733\ncubic = 2.2753225097834573\n") +
-             test::run_for(0.17870303117665476, "start = \"ideal\"\n") + by_events,
-         {"end.coupler.theta"}, {"joints.D.at[0][0]"})
-          .quantities[0];
+  const auto q = of(test::file_text(test::scene_file("four_bar_on_spring")), {"end.coupler.theta"},
+                    {"joints.D.at[0][0]"})
+                     .quantities[0];
   CHECK(q.reasons[0].empty());
   CHECK(q.errors[0] < 1e-4 * std::abs(q.derivatives[0]));
 }

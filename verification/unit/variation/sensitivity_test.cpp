@@ -17,19 +17,6 @@ std::string ball(const std::string& keys, double restitution = 0.5) {
          test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
 }
 
-/// A slider-crank whose pin between rod and slider has clearance.
-std::string crank_with_loose_pin() {
-  return "gravity = [0, -9.81]\n" + test::body("crank", 10, 0.4) + test::body("rod", 1.1, 0.02) +
-         test::body("slider", 1.3, 1e-3) + test::pin("main", "ground", "crank") +
-         test::pin("big", "crank", "rod", {0.05, 0}, {-0.15, 0}) +
-         test::pin("pin", "rod", "slider", {0.15, 0}, {}, test::loose(1.5e-4, 0.011)) +
-         test::guide("guide", "ground", "slider") +
-         test::surface("s", 0.35, "young = 1.2e11\npoisson = 0.3\nfriction = 0.0\n") +
-         test::motor("motor", "main", 34.5, "initial_angle = 3.2\n") +
-         test::run_for(0.02,
-                       "start = \"ideal\"\n[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n");
-}
-
 /// A disc meets a resting one, and a third one from the other side.
 std::string three_discs(const char* third, double restitution) {
   return test::body("one", 1, 0.004, "position = [-0.25, 0]\nvelocity = [1, 0]\n") +
@@ -129,13 +116,12 @@ TEST_CASE("an offset of a pin across its rod has the derivative of the twin offs
   // Values of the difference across the pin are 4e-7 m apart, 3e-3 of the least clearance, so that
   // its slope of about 1 is known to some 5e-10. The time of the impact has 1/(0.2 m/s) of it, 2e-6
   // of its derivative; twice that is allowed.
-  const auto text = crank_with_loose_pin();
   for (const double clearance : {1e-3, 1.5e-4}) {
     INFO(clearance);
-    const auto all =
-        sensitivities(parse_scene(text, "s.toml", {fmt::format("joints.pin.clearance={}", clearance)}),
-                      {.of = {"event.1.t", "event.1.v_n_minus", "event.1.impulse_n"},
-                       .to = {"joints.pin.at[0][1]", "joints.big.at[1][1]"}});
+    const auto all = sensitivities(read_scene(test::scene_file("crank_with_loose_pin"),
+                                              {fmt::format("joints.pin.clearance={}", clearance)}),
+                                   {.of = {"event.1.t", "event.1.v_n_minus", "event.1.impulse_n"},
+                                    .to = {"joints.pin.at[0][1]", "joints.big.at[1][1]"}});
     for (const auto& q : all.quantities) {
       INFO(q.name);
       // The parts of the impulse's derivative cancel to 1e-4.

@@ -7,27 +7,14 @@ using namespace freeplay;
 
 namespace {
 
-/// A carriage that moves by a harmonic curve pulls a block over a floor with a post.
-std::string dragged(double height, double duration, double phase) {
-  return "format = 2\ngravity = [0, -10]\n" + test::body("carriage", 1, 0.01, "position = [0, 0.5]\n") +
-         "[bodies.block]\nmass = 2\ninertia = 0.01\nposition = [0, " + std::to_string(height) + "]\n" +
-         test::guide("rail", "ground", "carriage", {1, 0}, {0, 0.5}, {}) +
-         test::guide("post", "carriage", "block", {0, 1}) + test::plane("floor", "ground", "block", 0.05) +
-         test::surface("s", 0.5, 0.3) +
-         "[assembly]\napproximate = true\n[curves.m]\nshape = \"harmonic\"\n"
-         "amplitude = 0.1\nperiod = 1.0\nphase = " +
-         std::to_string(phase) + "\n" + test::drive("d", "rail", "position = \"m\"\n") +
-         "[run]\nduration = " + std::to_string(duration) + R"(
-start = "assembled"
-[nonsmooth]
-scheme = "event-driven"
-)";
-}
-
-Sensitivities of(const std::string& text, std::vector<std::string> quantities,
-                 std::vector<std::string> keys) {
-  return sensitivities(parse_scene(text, "dragged.toml"),
-                       {.of = std::move(quantities), .to = std::move(keys)});
+/// Derivatives of the block that a carriage pulls, from a height (m), for a duration (s).
+Sensitivities of_block(double height, double duration, double phase, std::vector<std::string> quantities,
+                       std::vector<std::string> keys) {
+  const auto scene =
+      read_scene(test::scene_file("block_behind_carriage"),
+                 {fmt::format("bodies.block.position=[0, {}]", height),
+                  fmt::format("run.duration={}", duration), fmt::format("curves.m.phase={}", phase)});
+  return sensitivities(scene, {.of = std::move(quantities), .to = std::move(keys)});
 }
 
 }  // namespace
@@ -36,8 +23,8 @@ TEST_CASE("the work of friction in a prescribed motion is proportional to its co
   // Neither the motion nor the normal forces depend on μ: the energy lost by friction is μ times a
   // constant, also across an impact from a drop of 10 mm, and the drive supplies it.
   for (const double height : {0.05, 0.06}) {
-    const auto all = of(dragged(height, 0.1, 0), {"energy.dissipated_by_friction", "energy.work_of_drives"},
-                        {"surfaces.s.friction"});
+    const auto all = of_block(height, 0.1, 0, {"energy.dissipated_by_friction", "energy.work_of_drives"},
+                              {"surfaces.s.friction"});
     const double loss = all.quantities[0].value;
     REQUIRE(loss > 0.01);
     for (const auto& q : all.quantities) {
@@ -53,7 +40,7 @@ TEST_CASE("the mean friction force jumps with the time of a reversal", "[sensiti
   // the end T. Its friction is −μN before and μN after: ∫ F_T dt = μN (T − 2 t*) up to the sign of
   // the tangent, with derivatives −2 μN ∂t*/∂p, ∂t*/∂P = 1/4 − φ/(2π), ∂t*/∂φ = −P/(2π).
   const double phase = 0.2, end = 0.4, load = 0.3 * 20;
-  const auto all = of(dragged(0.05, end, phase), {"mean.floor.ft"}, {"curves.m.period", "curves.m.phase"});
+  const auto all = of_block(0.05, end, phase, {"mean.floor.ft"}, {"curves.m.period", "curves.m.phase"});
   const auto& q = all.quantities[0];
   const double turn = 0.25 - phase / (2 * std::numbers::pi);
   REQUIRE(turn < end);
@@ -65,14 +52,8 @@ TEST_CASE("the mean friction force jumps with the time of a reversal", "[sensiti
 
 TEST_CASE("simultaneous contact events and those at the end have no derivative by a key that parts them",
           "[sensitivity]") {
-  const std::string two =
-      "format = 2\ngravity = [0, -10]\n" + test::body("a", 0.3, 3e-4, "position = [0, 0.55]\n") +
-      test::body("b", 0.5, 3e-4, "position = [1, 0.55]\n") + test::plane("ta", "ground", "a", 0.05, "hard") +
-      test::plane("tb", "ground", "b", 0.05, "hard") + test::surface("hard", 0.5) +
-      test::run_for(0.5, "start = \"given\"\n") + "[nonsmooth]\nscheme = \"event-driven\"\n";
   const auto with = [&](double duration) {
-    auto scene = parse_scene(two, "two.toml");
-    scene.run.duration = duration;
+    const auto scene = test::read_short(test::scene_file("two_falling_balls"), duration);
     return sensitivities(scene, {.of = {"event.1.t", "end.a.vy"}, .to = {"initial.a.y", "gravity[1]"}});
   };
   // Both fall for t = √(2h/g) = √0.1 s. Gravity moves both alike: ∂t/∂g = −t/(2g), g = −10 upwards.
