@@ -195,19 +195,6 @@ TEST_CASE("energy balance, constraints and walls hold in every mechanism", "[inv
     }
 }
 
-TEST_CASE("drives: the work of a prescribed speed equals that of the equivalent torque", "[invariants]") {
-  // A flywheel on a torque drive: after t, ω = τ t/J and the drive's work is ½Jω².
-  auto scene = parse_scene(test::body("wheel", 3, 0.2) + test::pin("axle", "ground", "wheel") +
-                               test::drive("motor", "axle", "torque = 1.5\n") + test::run_for(2),
-                           "wheel");
-  for (const auto family : {Family::penalty, Family::nonsmooth}) {
-    const auto run = test::simulate(scene, family);
-    const double omega = 1.5 * 2 / 0.2;
-    CHECK(run.ledger.drive == Approx(0.5 * 0.2 * omega * omega).epsilon(1e-9));
-    CHECK(run.ledger.kinetic == Approx(0.5 * 0.2 * omega * omega).epsilon(1e-9));
-  }
-}
-
 TEST_CASE("set-valued friction stops a preloaded slide permanently; regularised friction creeps",
           "[friction]") {
   // Mass 2 kg at 0.3 m/s against 15 N: stops after 0.04 s and 6 mm. Then a force of 10 N acts,
