@@ -18,6 +18,8 @@
 
 #include <cmath>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct EccentricCam {
@@ -58,7 +60,7 @@ struct EccentricCam {
     double low = 1000 * h;
     while (gap(low + h) > 0) low += h;
     double high = low + h;
-    for (int i = 0; i < 60; ++i) (gap(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);
+    bisect(low, high, 60, [&](double x) { return gap(x) > 0; });
     return {low, v0 * std::cos(nu * low) - y0 * nu * std::sin(nu * low) - speed * slope(phi + speed * low)};
   }
   double torque_flat(double phi, double speed) const {

@@ -15,6 +15,8 @@
 #include <optional>
 #include <vector>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct LiftTable {
@@ -133,7 +135,7 @@ struct CamFlight {
     const double rate = (gap(t + h) - gap(t - h)) / (2 * h);
     double a = t, b = t + std::max(4 * close / std::max(-rate, 1e-9 * fast), h);
     if (!(gap(b) < 0)) return Onset{t, 0, fast};  // grazes
-    for (int i = 0; i < 60; ++i) (gap(0.5 * (a + b)) > 0 ? a : b) = 0.5 * (a + b);
+    bisect(a, b, 60, [&](double x) { return gap(x) > 0; });
     return Onset{a, -rate, fast};
   }
 

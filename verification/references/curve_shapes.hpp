@@ -21,6 +21,8 @@
 #include <utility>
 #include <vector>
 
+#include "verification/references/elimination.hpp"
+
 namespace freeplay::reference {
 
 /// y, y′, y″.
@@ -43,40 +45,26 @@ struct CurveShape {
   void prepare() {
     if (kind != Kind::spline) return;
     const std::size_t n = points.size();
-    std::vector<std::vector<double>> a(n, std::vector<double>(n + 1, 0));
+    std::vector<std::vector<double>> a(n, std::vector<double>(n, 0));
+    moments.assign(n, 0);
     const auto h = [&](std::size_t i) { return points[i + 1].first - points[i].first; };
     const auto d = [&](std::size_t i) { return (points[i + 1].second - points[i].second) / h(i); };
     for (std::size_t i = 1; i + 1 < n; ++i) {
       a[i][i - 1] = h(i - 1), a[i][i] = 2 * (h(i - 1) + h(i)), a[i][i + 1] = h(i);
-      a[i][n] = 6 * (d(i) - d(i - 1));
+      moments[i] = 6 * (d(i) - d(i - 1));
     }
     if (repeats) {
       a[0][0] = 1, a[0][n - 1] = -1;
       a[n - 1][0] = 2 * h(0), a[n - 1][1] = h(0);
       a[n - 1][n - 2] += h(n - 2), a[n - 1][n - 1] += 2 * h(n - 2);
-      a[n - 1][n] = 6 * (d(0) - d(n - 2));
+      moments[n - 1] = 6 * (d(0) - d(n - 2));
     } else if (ends == Ends::flat) {
-      a[0][0] = 2 * h(0), a[0][1] = h(0), a[0][n] = 6 * d(0);
-      a[n - 1][n - 1] = 2 * h(n - 2), a[n - 1][n - 2] = h(n - 2), a[n - 1][n] = -6 * d(n - 2);
+      a[0][0] = 2 * h(0), a[0][1] = h(0), moments[0] = 6 * d(0);
+      a[n - 1][n - 1] = 2 * h(n - 2), a[n - 1][n - 2] = h(n - 2), moments[n - 1] = -6 * d(n - 2);
     } else {
       a[0][0] = a[n - 1][n - 1] = 1;
     }
-    for (std::size_t k = 0; k < n; ++k) {  // Gauss, with pivots
-      std::size_t p = k;
-      for (std::size_t i = k + 1; i < n; ++i)
-        if (std::abs(a[i][k]) > std::abs(a[p][k])) p = i;
-      std::swap(a[k], a[p]);
-      for (std::size_t i = k + 1; i < n; ++i) {
-        const double f = a[i][k] / a[k][k];
-        for (std::size_t j = k; j <= n; ++j) a[i][j] -= f * a[k][j];
-      }
-    }
-    moments.assign(n, 0);
-    for (std::size_t k = n; k-- > 0;) {
-      double sum = a[k][n];
-      for (std::size_t j = k + 1; j < n; ++j) sum -= a[k][j] * moments[j];
-      moments[k] = sum / a[k][k];
-    }
+    eliminate(a, moments);
   }
 
   CurvePoint at(double x) const {

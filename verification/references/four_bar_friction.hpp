@@ -15,6 +15,8 @@
 #include <cmath>
 #include <utility>
 
+#include "verification/references/elimination.hpp"
+
 namespace freeplay::reference {
 
 struct FourBar {
@@ -30,23 +32,6 @@ struct FourBarForces {
   std::array<double, 4> couple{}, spin{};        ///< τ, and ω_second − ω_first
   double torque = 0;                             ///< of the drive, on the crank
 };
-
-/// Solves the n equations in place by Gauss' elimination with row pivots.
-template <std::size_t n>
-void eliminate(std::array<std::array<double, n + 1>, n>& E) {
-  for (std::size_t c = 0; c < n; ++c) {
-    std::size_t best = c;
-    for (std::size_t i = c + 1; i < n; ++i)
-      if (std::abs(E[i][c]) > std::abs(E[best][c])) best = i;
-    std::swap(E[c], E[best]);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (i == c) continue;
-      const double by = E[i][c] / E[c][c];
-      for (std::size_t k = c; k <= n; ++k) E[i][k] -= by * E[c][k];
-    }
-  }
-  for (std::size_t i = 0; i < n; ++i) E[i][n] /= E[i][i];
-}
 
 inline FourBarForces four_bar_forces(const FourBar& b, double t) {
   const double t2 = b.start + b.speed * t, w2 = b.speed;
@@ -88,7 +73,8 @@ inline FourBarForces four_bar_forces(const FourBar& b, double t) {
   FourBarForces out;
   out.spin = {w2, w3 - w2, w4 - w3, w4};
   for (int i = 0; i < 200; ++i) {
-    std::array<std::array<double, 10>, 9> E{};
+    std::array<std::array<double, 9>, 9> E{};
+    std::array<double, 9> x{};
     // Unknowns: two of each pivot, then the torque; signs of each pivot on each link.
     const auto link = [&](std::size_t row, const Link& l, const std::array<int, 4>& sign, double torque) {
       for (std::size_t p = 0; p < 4; ++p) {
@@ -96,27 +82,27 @@ inline FourBarForces four_bar_forces(const FourBar& b, double t) {
         E[row + 1][2 * p + 1] += sign[p];
         E[row + 2][2 * p] -= sign[p] * (at[p][1] - l.cy);
         E[row + 2][2 * p + 1] += sign[p] * (at[p][0] - l.cx);
-        E[row + 2][9] -= sign[p] * out.couple[p];
+        x[row + 2] -= sign[p] * out.couple[p];
       }
       E[row + 2][8] = torque;
-      E[row][9] += l.m * l.ax;
-      E[row + 1][9] += l.m * (l.ay + b.gravity);
-      E[row + 2][9] += l.J * l.alpha;
+      x[row] += l.m * l.ax;
+      x[row + 1] += l.m * (l.ay + b.gravity);
+      x[row + 2] += l.J * l.alpha;
     };
     link(0, crank, {1, -1, 0, 0}, 1);
     link(3, coupler, {0, 1, -1, 0}, 0);
     link(6, rocker, {0, 0, 1, 1}, 0);
-    eliminate<9>(E);
+    eliminate(E, x);
     double moved = 0, size = 0;
     for (std::size_t p = 0; p < 4; ++p) {
-      out.force[p] = {E[2 * p][9], E[2 * p + 1][9]};
+      out.force[p] = {x[2 * p], x[2 * p + 1]};
       const double F = std::hypot(out.force[p][0], out.force[p][1]);
       const double couple = -b.mu * b.r * F * (out.spin[p] > 0 ? 1 : out.spin[p] < 0 ? -1 : 0);
       moved = std::fmax(moved, std::abs(couple - out.couple[p]));
       size = std::fmax(size, std::abs(couple));
       out.couple[p] = couple;
     }
-    out.torque = E[8][9];
+    out.torque = x[8];
     if (moved <= 1e-15 * size) break;
   }
   return out;

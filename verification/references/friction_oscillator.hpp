@@ -14,6 +14,8 @@
 #include <cmath>
 #include <optional>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct FrictionOscillator {
@@ -63,7 +65,7 @@ struct FrictionOscillator {
     for (double a = from + first; a < end; a += dt) {
       double lo = a, hi = std::min(a + dt, end);
       if (f(hi) >= 0) continue;
-      for (int i = 0; i < 80; ++i) (f(0.5 * (lo + hi)) >= 0 ? lo : hi) = 0.5 * (lo + hi);
+      bisect(lo, hi, 80, [&](double x) { return f(x) >= 0; });
       return hi;
     }
     return {};

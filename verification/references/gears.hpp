@@ -16,6 +16,8 @@
 #include <cmath>
 #include <vector>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct Blow {
@@ -53,10 +55,7 @@ inline double pin_flight(double r, double omega, double phi, double c, double un
     return std::abs(r * (std::cos(phi + omega * t) - std::cos(phi) + omega * std::sin(phi) * t)) - c;
   };
   double low = 0, high = until;
-  for (int i = 0; i < 200; ++i) {
-    const double mid = 0.5 * (low + high);
-    (y(mid) < 0 ? low : high) = mid;
-  }
+  bisect(low, high, 200, [&](double mid) { return y(mid) < 0; });
   return 0.5 * (low + high);
 }
 

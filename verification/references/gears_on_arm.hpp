@@ -17,6 +17,7 @@
 #include <cmath>
 #include <vector>
 
+#include "verification/references/bisection.hpp"
 #include "verification/references/cooper_verner.hpp"
 
 namespace freeplay::reference {
@@ -75,10 +76,7 @@ inline std::vector<FlankImpact> gears_on_arm_impacts(const GearsOnArm& m, GearsO
       continue;
     }
     long double low = 0, high = step;
-    for (int i = 0; i < 200; ++i) {
-      const long double mid = (low + high) / 2;
-      (closed(gears_on_arm_flight(m, y, mid)) ? high : low) = mid;
-    }
+    bisect(low, high, 200, [&](long double mid) { return !closed(gears_on_arm_flight(m, y, mid)); });
     y = gears_on_arm_flight(m, y, high), t += high;
     const int flank = closed(y);
     const long double approach = std::abs(S * y[3] - m.base[0] * y[4] - m.base[1] * y[5]);

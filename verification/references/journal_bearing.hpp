@@ -29,6 +29,8 @@
 #include <cmath>
 #include <complex>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct JournalBearing {
@@ -58,10 +60,7 @@ struct JournalBearing {
   /// ε that carries W, by bisection: the load increases with ε.
   double eccentricity(double W, double omega) const {
     double low = 0, high = 1 - 1e-12;
-    for (int i = 0; i < 200; ++i) {
-      const double e = 0.5 * (low + high);
-      (capacity(e, omega) < W ? low : high) = e;
-    }
+    bisect(low, high, 200, [&](double e) { return capacity(e, omega) < W; });
     return 0.5 * (low + high);
   }
   double attitude(double e, double omega) const {

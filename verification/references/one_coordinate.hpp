@@ -22,7 +22,8 @@
 #include <functional>
 #include <vector>
 
-#include "curve_shapes.hpp"
+#include "verification/references/bisection.hpp"
+#include "verification/references/curve_shapes.hpp"
 
 namespace freeplay::reference {
 
@@ -39,10 +40,7 @@ inline double damping_factor(double e) {
   // f(χ) = χ(1 + e) − ln(1 + χ) + ln(1 − χe) has one root in (0, 1/e): positive below it, −∞ at the
   // end.
   double low = 1e-9, high = 1 / e;
-  for (int i = 0; i < 200; ++i) {
-    const double x = 0.5 * (low + high);
-    (x * (1 + e) - std::log1p(x) + std::log1p(-x * e) > 0 ? low : high) = x;
-  }
+  bisect(low, high, 200, [&](double x) { return x * (1 + e) - std::log1p(x) + std::log1p(-x * e) > 0; });
   return 0.5 * (low + high);
 }
 
@@ -211,10 +209,7 @@ struct OneCoordinate {
       for (std::size_t w = 0; w < walls.size(); ++w) {
         if (in[w].held || in[w].inside || !(gap_rate(w, p) < 0 && gap_rate(w, q) > 0)) continue;
         double before = 0, behind = h;
-        for (int i = 0; i < 60; ++i) {
-          const double middle = 0.5 * (before + behind);
-          (gap_rate(w, go(middle)) < 0 ? before : behind) = middle;
-        }
+        bisect(before, behind, 60, [&](double middle) { return gap_rate(w, go(middle)) < 0; });
         if (gap(w, go(before)) < 0 && before < h) return advance(p, in, before, rows);
       }
       p = q;

@@ -142,7 +142,6 @@ struct HeadOn {
 
   Extended total() const { return mass1 + mass2; }
   Extended contact() const { return (x2 - x1 - radii) / v1; }
-  Extended after1_by_v1() const { return (mass1 - restitution * mass2) / total(); }
   Extended after2_by_v1() const { return (1 + restitution) * mass1 / total(); }
   Extended after2_by_restitution() const { return v1 * mass1 / total(); }
   Extended after2_by_mass1() const { return v1 * (1 + restitution) * mass2 / (total() * total()); }

@@ -16,6 +16,8 @@
 #include <array>
 #include <cmath>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct HangingPair {
@@ -76,10 +78,8 @@ struct SprungSliderCrank {
   }
   /// θ₀ between two angles where U′ has opposite signs.
   long double rest(long double low, long double high) const {
-    for (int i = 0; i < 200; ++i) {
-      const long double middle = (low + high) / 2;
-      ((at(middle).slope > 0) == (at(high).slope > 0) ? high : low) = middle;
-    }
+    bisect(low, high, 200,
+           [&](long double middle) { return (at(middle).slope > 0) != (at(high).slope > 0); });
     return (low + high) / 2;
   }
 };

@@ -20,6 +20,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "verification/references/elimination.hpp"
+
 namespace freeplay::reference {
 
 struct TouchingRow {
@@ -156,27 +158,19 @@ struct TouchingRow {
     };
     const std::size_t m = on.size();
     for (std::size_t set = 0; set < (std::size_t{1} << m); ++set) {
-      // λ of the set from u⁺ = −e u⁻, by Gauss on the set's rows; D is positive definite.
+      // λ of the set from u⁺ = −e u⁻; D is positive definite.
       std::vector<std::size_t> active;
       for (std::size_t k = 0; k < m; ++k)
         if (set >> k & 1) active.push_back(k);
       const std::size_t n = active.size();
-      std::vector<std::vector<double>> a(n, std::vector<double>(n + 1));
+      std::vector<std::vector<double>> a(n, std::vector<double>(n));
+      std::vector<double> impulses(n), lambda(m, 0);
       for (std::size_t r = 0; r < n; ++r) {
         for (std::size_t c = 0; c < n; ++c) a[r][c] = entry(active[r], active[c]);
-        a[r][n] = -(1 + restitution) * before[active[r]];
+        impulses[r] = -(1 + restitution) * before[active[r]];
       }
-      for (std::size_t k = 0; k < n; ++k)
-        for (std::size_t r = k + 1; r < n; ++r) {
-          const double f = a[r][k] / a[k][k];
-          for (std::size_t c = k; c <= n; ++c) a[r][c] -= f * a[k][c];
-        }
-      std::vector<double> lambda(m, 0);
-      for (std::size_t k = n; k-- > 0;) {
-        double sum = a[k][n];
-        for (std::size_t c = k + 1; c < n; ++c) sum -= a[k][c] * lambda[active[c]];
-        lambda[active[k]] = sum / a[k][k];
-      }
+      eliminate(a, impulses, Pivots::none);
+      for (std::size_t k = 0; k < n; ++k) lambda[active[k]] = impulses[k];
       auto after = u;
       for (std::size_t k = 0; k < m; ++k) {
         const std::size_t j = body(on[k]);

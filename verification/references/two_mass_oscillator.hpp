@@ -9,6 +9,9 @@
 #include <cstddef>
 #include <utility>
 
+#include "verification/references/bisection.hpp"
+#include "verification/references/elimination.hpp"
+
 namespace freeplay::reference {
 
 /// Masses m₁ and m₂ at x₁ and x₂, springs and dampers k₁, d₁ from the ground to m₁ and k₂, d₂ from
@@ -51,9 +54,10 @@ struct TwoMassOscillator {
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) system[i][j] -= jump(i) * E[i][j];
     for (int j = 0; j < 4; ++j) {
-      Vector rest{};
-      rest[j] = jump(j) - 1;
-      const auto column = solve(system, rest);
+      auto triangle = system;
+      Vector column{};
+      column[j] = jump(j) - 1;
+      eliminate(triangle, column);
       for (int i = 0; i < 4; ++i) G[i][j] = column[i];
     }
     Complex z = 0;  // x₁(0) = Im(z e^{iτ})
@@ -107,10 +111,7 @@ struct TwoMassOscillator {
       return other.torus_condition();
     };
     const bool rising = condition(low) < 0;
-    for (int i = 0; i < 80; ++i) {
-      const Real middle = (low + high) / 2;
-      ((condition(middle) < 0) == rising ? low : high) = middle;
-    }
+    bisect(low, high, 80, [&](Real middle) { return (condition(middle) < 0) == rising; });
     return low;
   }
 
@@ -154,26 +155,6 @@ struct TwoMassOscillator {
     }
     for (int k = 0; k < squarings; ++k) sum = product(sum, sum);
     return sum;
-  }
-  /// Gaussian elimination with row exchanges.
-  static Vector solve(Matrix a, Vector b) {
-    for (int k = 0; k < 4; ++k) {
-      int pivot = k;
-      for (int i = k + 1; i < 4; ++i)
-        if (std::abs(a[i][k]) > std::abs(a[pivot][k])) pivot = i;
-      std::swap(a[k], a[pivot]);
-      std::swap(b[k], b[pivot]);
-      for (int i = k + 1; i < 4; ++i) {
-        const Real factor = a[i][k] / a[k][k];
-        for (int j = k; j < 4; ++j) a[i][j] -= factor * a[k][j];
-        b[i] -= factor * b[k];
-      }
-    }
-    for (int k = 3; k >= 0; --k) {
-      for (int j = k + 1; j < 4; ++j) b[k] -= a[k][j] * b[j];
-      b[k] /= a[k][k];
-    }
-    return b;
   }
   /// Faddeev and Le Verrier's recursion.
   static std::array<Real, 5> characteristic(const Matrix& a) {

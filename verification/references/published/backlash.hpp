@@ -21,6 +21,8 @@
 
 #include <cmath>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct Backlash {
@@ -38,7 +40,6 @@ struct Backlash {
   Real zeta() const { return damping / (2 * std::sqrt(stiffness * inertia())); }
   /// Speed after over before a contact without a drive.
   Real restitution() const { return std::exp(-zeta() * phase() / root()); }
-  Real contact_time() const { return phase() / (natural() * root()); }
 
   State at(Real end, State s) const {
     enum class Mode { gap, loaded, unloaded } mode = Mode::gap;
@@ -57,10 +58,7 @@ struct Backlash {
         continue;
       }
       Real low = 0;
-      for (int i = 0; i < 80; ++i) {
-        const Real middle = (low + h) / 2;
-        (over(go(middle)) ? h : low) = middle;
-      }
+      bisect(low, h, 80, [&](Real middle) { return !over(go(middle)); });
       s = go(h);
       const Real side = s.delta < 0 ? -1 : 1;
       const bool inside = mode != Mode::gap && side * s.delta - half <= 0;

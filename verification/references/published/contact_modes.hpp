@@ -20,6 +20,8 @@
 #include <utility>
 #include <vector>
 
+#include "verification/references/elimination.hpp"
+
 namespace freeplay::reference {
 
 using Long = long double;
@@ -38,28 +40,6 @@ Long product(const std::array<Long, N>& a, const std::array<Long, N>& b) {
   Long sum = 0;
   for (std::size_t i = 0; i < N; ++i) sum += a[i] * b[i];
   return sum;
-}
-
-/// Solution of a x = b by elimination with row pivots; none if a is singular.
-inline std::optional<std::vector<Long>> eliminated(std::vector<std::vector<Long>> a, std::vector<Long> b) {
-  const std::size_t n = b.size();
-  for (std::size_t c = 0; c < n; ++c) {
-    std::size_t p = c;
-    for (std::size_t r = c + 1; r < n; ++r)
-      if (std::abs(a[r][c]) > std::abs(a[p][c])) p = r;
-    if (a[p][c] == 0) return std::nullopt;
-    std::swap(a[p], a[c]), std::swap(b[p], b[c]);
-    for (std::size_t r = c + 1; r < n; ++r) {
-      const Long s = a[r][c] / a[c][c];
-      for (std::size_t k = c; k < n; ++k) a[r][k] -= s * a[c][k];
-      b[r] -= s * b[c];
-    }
-  }
-  for (std::size_t c = n; c-- > 0;) {
-    for (std::size_t k = c + 1; k < n; ++k) b[c] -= a[c][k] * b[k];
-    b[c] /= a[c][c];
-  }
-  return b;
 }
 
 enum class ContactMode { open, sticks, slides_up, slides_down };  ///< slides_up: sliding rate > 0
@@ -108,14 +88,13 @@ struct ContactModes {
         A[at_t[k]][i] = all[k].t[i], r[at_t[k]] = b[k];
       }
     }
-    const auto x = eliminated(std::move(A), std::move(r));
-    if (!x) return std::nullopt;
+    if (!eliminate(A, r)) return std::nullopt;
     Answer found;
-    std::copy_n(x->begin(), N, found.x.begin());
+    std::copy_n(r.begin(), N, found.x.begin());
     for (std::size_t k = 0; k < K; ++k) {
       if (at_n[k] == 0) continue;
-      found.normal[k] = (*x)[at_n[k]];
-      found.sliding[k] = at_t[k] != 0 ? (*x)[at_t[k]] : slope(k, modes[k]) * found.normal[k];
+      found.normal[k] = r[at_n[k]];
+      found.sliding[k] = at_t[k] != 0 ? r[at_t[k]] : slope(k, modes[k]) * found.normal[k];
     }
     return found;
   }

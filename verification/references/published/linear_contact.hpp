@@ -16,6 +16,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "verification/references/bisection.hpp"
+
 namespace freeplay::reference {
 
 struct LinearContact {
@@ -77,10 +79,7 @@ struct LinearContact {
     Real low = step, high = 2 * step;
     for (; inside(high); low = high, high += step)
       if (high > 400 * step) throw std::domain_error("LinearContact: stays closed");
-    for (int i = 0; i < 80; ++i) {
-      const Real middle = (low + high) / 2;
-      (inside(middle) ? low : high) = middle;
-    }
+    bisect(low, high, 80, [&](Real middle) { return inside(middle); });
     return high;
   }
 };

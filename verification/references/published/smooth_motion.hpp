@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "verification/references/cooper_verner.hpp"
+#include "verification/references/elimination.hpp"
 
 namespace freeplay::reference {
 
@@ -52,16 +53,7 @@ class VirtualWork {
   Reals accelerations() const {
     auto a = matrix_;
     Reals b = right_;
-    for (std::size_t p = 0; p < N; ++p)
-      for (std::size_t r = p + 1; r < N; ++r) {
-        const long double factor = a[r][p] / a[p][p];
-        for (std::size_t c = p; c < N; ++c) a[r][c] -= factor * a[p][c];
-        b[r] -= factor * b[p];
-      }
-    for (std::size_t r = N; r-- > 0;) {
-      for (std::size_t c = r + 1; c < N; ++c) b[r] -= a[r][c] * b[c];
-      b[r] /= a[r][r];
-    }
+    eliminate(a, b, Pivots::none);
     return b;
   }
 
