@@ -1,5 +1,4 @@
-// The test program: Catch2's main, the kinds of tests, and the closing line that scripts/check
-// promises.
+// The test program: Catch2's main, the kinds of tests, and the closing line of scripts/check.
 //
 // The folder of a test below verification/ is its kind: unit, property (a property for many inputs,
 // compared with another method or another step) or process (starts programs). Kind and folder are

@@ -72,11 +72,7 @@ void friction_limit(Findings& f) {
             "1e-2 over two decades");
 }
 
-}  // namespace
-
-Findings stiff_limit() {
-  Findings f;
-  friction_limit(f);
+void limits(Findings& f) {
   auto rig = read_scene(test::flores());
   rig.run.duration = 0.0095;
   limit(f, "paper's slider-crank with clearance", rig);
@@ -90,7 +86,10 @@ Findings stiff_limit() {
   guide.mechanism.surfaces[0].young = 207e11;
   guide.run.duration = 0.0027;
   limit(f, "slider-crank with clearance in the guide, no friction, ω₃ = 3 rad/s, E = 207e11 Pa", guide);
-  return f;
 }
+
+}  // namespace
+
+Parts stiff_limit() { return {friction_limit, limits}; }
 
 }  // namespace freeplay::verification

@@ -130,13 +130,6 @@ void units_and_named_points(Findings& f) {
 
 }  // namespace
 
-Findings assembly() {
-  Findings f;
-  poses(f);
-  driven_turn(f);
-  released_pendulum(f);
-  units_and_named_points(f);
-  return f;
-}
+Parts assembly() { return {poses, driven_turn, released_pendulum, units_and_named_points}; }
 
 }  // namespace freeplay::verification

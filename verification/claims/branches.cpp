@@ -360,15 +360,9 @@ void torus(Findings& f) {
 
 }  // namespace
 
-Findings branches() {
-  Findings f;
-  shaken_balls(f);
-  impact_oscillator(f);
-  liftoffs(f);
-  torus(f);
-  curves(f);
-  grazing_curves(f);
-  return f;
+Parts branches() {
+  return {{shaken_balls, 18}, {impact_oscillator, 11}, {liftoffs, 7}, {torus, 5},
+          {curves, 3},        {grazing_curves, 2}};
 }
 
 }  // namespace freeplay::verification

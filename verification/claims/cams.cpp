@@ -208,11 +208,6 @@ void jumps(Findings& f) {
 
 }  // namespace
 
-Findings cams() {
-  Findings f;
-  forces(f);
-  jumps(f);
-  return f;
-}
+Parts cams() { return {forces, jumps}; }
 
 }  // namespace freeplay::verification

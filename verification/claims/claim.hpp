@@ -92,11 +92,20 @@ struct Findings {
   }
 };
 
-/// A group of claims made by the same runs.
+/// A part of a set: runs that add claims. `claims`: their number, for the parts of a set that takes
+/// so long that its parts are tests of their own.
+struct Part {
+  Part(void (*add)(Findings&), std::size_t claims = 0) : add(add), claims(claims) {}
+  void (*add)(Findings&);
+  std::size_t claims;
+};
+using Parts = std::vector<Part>;
+
+/// A set of claims, the argument of `freeplay verify`.
 struct ClaimSet {
   const char* name;
   const char* title;
-  Findings (*find)();
+  Parts (*parts)();
 };
 std::span<const ClaimSet> claim_sets();
 
@@ -109,7 +118,8 @@ struct Verdict {
   double seconds = 0;
   bool holds() const;
 };
-Verdict assess(const ClaimSet& set);
+Verdict assess(const ClaimSet& set, const Parts& parts);
+inline Verdict assess(const ClaimSet& set) { return assess(set, set.parts()); }
 
 std::string table(const Verdict& verdict);  ///< for a terminal of 80 columns
 /// verification.json, without provenance
@@ -124,47 +134,19 @@ inline constexpr const char* asked_columns = "set,judged,expected,bound,unit,qua
 /// The whole file.
 std::string requested(const std::vector<Verdict>& verdicts);
 
-// The sets of claims. The set "forces" has its parts in force_*.cpp, "gears" in gear_*.cpp and
-// slots_and_stops.cpp.
-Findings closed_forms();
-Findings restitution();
-Findings mechanisms();
-Findings gears();
-Findings orders();
-Findings invariants();
-Findings stiff_limit();
-Findings statistics();
-Findings oracle();
-Findings impact_laws();
-Findings complementarity();
-Findings forces();
-Findings unseen();
-Findings chosen();
-Findings promises();
-Findings rescaling();
-Findings films();
-Findings assembly();
-Findings driving();
-Findings controllers();
-Findings equilibrium();
-Findings springs();
-Findings cams();
-Findings joint_friction();
-Findings groups();
-Findings published_cases();
-Findings tangential_compliance();
-Findings sensitivity_claims();
-Findings orbits();
-Findings compiled_mechanisms();
-Findings lyapunov_exponents();
-Findings branches();
+#define CLAIM_SET(function, name, title) Parts function();
+#include "verification/claims/sets.def"
+#undef CLAIM_SET
 
-// Parts of the set "published-cases", in files of their own.
+// Parts in files of their own, of the sets "published-cases", "films", "complementarity", "lyapunov"
+// and "orbits".
 void published_smooth(Findings& f);
 void published_impacts(Findings& f);
 void published_contacts(Findings& f);
-
-// Part of the set "films".
 void film_coefficients(Findings& f);
+void piles(Findings& f);
+void attractor_exponents(Findings& f);
+void orbits_of_schemes(Findings& f);
+void orbits_of_closed_contacts(Findings& f);
 
 }  // namespace freeplay::verification

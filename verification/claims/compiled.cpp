@@ -114,10 +114,7 @@ long compare(Findings& f, const Compared& c) {
   return events;
 }
 
-}  // namespace
-
-Findings compiled_mechanisms() {
-  Findings f;
+void compiled_scenes(Findings& f) {
   const char* const subject = "random scenes by compiled functions";
   const long events = compare(
       f, {subject,
@@ -138,7 +135,10 @@ Findings compiled_mechanisms() {
               {"event-driven", "moreau-jean fixed", "adams_bashforth_moulton"},
               0,
               "all elements of these kinds have compiled functions"});
-  return f;
 }
+
+}  // namespace
+
+Parts compiled_mechanisms() { return {compiled_scenes}; }
 
 }  // namespace freeplay::verification

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "verification/claims/claim.hpp"
-#include "verification/claims/piles.hpp"
 #include "verification/support/random_contact.hpp"
 
 namespace freeplay::verification {
@@ -30,9 +29,7 @@ double violation(const ContactProblem& p) {
   return worst;
 }
 
-}  // namespace
-
-Findings complementarity() {
+void solvers(Findings& f) {
   struct MethodName {
     LcpSolver solver;
     const char* name;
@@ -45,7 +42,6 @@ Findings complementarity() {
                                  {LcpSolver::newton, "semismooth Newton", true}};
   constexpr int trials = 3000;
   const char* const subject = "random contact problems of 1 to 4 contacts";
-  Findings f;
   std::vector<Eigen::VectorXd> first(trials);
   for (const auto& way : ways) {
     test::Random u;
@@ -80,8 +76,10 @@ Findings complementarity() {
               1e-8, "0: the solution is unique",
               "violation over the least eigenvalue of D, 0.3, margin of three");
   }
-  piles(f);
-  return f;
 }
+
+}  // namespace
+
+Parts complementarity() { return {solvers, piles}; }
 
 }  // namespace freeplay::verification

@@ -306,15 +306,6 @@ damping = 0.05
 
 }  // namespace
 
-Findings controllers() {
-  Findings f;
-  steps_of_target(f);
-  followed_curve(f);
-  filtered(f);
-  limited(f);
-  dead_zone(f);
-  backlash(f);
-  return f;
-}
+Parts controllers() { return {steps_of_target, followed_curve, filtered, limited, dead_zone, backlash}; }
 
 }  // namespace freeplay::verification

@@ -343,16 +343,6 @@ factor = "rise"
 
 }  // namespace
 
-Findings driving() {
-  Findings f;
-  dc_motors(f);
-  induction_motors(f);
-  governors(f);
-  prescribed(f);
-  followed(f);
-  plates(f);
-  efforts(f);
-  return f;
-}
+Parts driving() { return {dc_motors, induction_motors, governors, prescribed, followed, plates, efforts}; }
 
 }  // namespace freeplay::verification

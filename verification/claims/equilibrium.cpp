@@ -150,16 +150,9 @@ void slider_crank(Findings& f) {
 
 namespace freeplay::verification {
 
-Findings equilibrium() {
+Parts equilibrium() {
   using namespace equilibrium_claims;
-  Findings f;
-  pendulums(f);
-  springs(f);
-  slider_crank(f);
-  lamp(f);
-  contacts(f);
-  stays(f);
-  return f;
+  return {pendulums, springs, slider_crank, lamp, contacts, stays};
 }
 
 }  // namespace freeplay::verification

@@ -222,17 +222,6 @@ void pin(Findings& f) {
 
 }  // namespace
 
-Findings films() {
-  Findings f;
-  settles(f);
-  stays(f);
-  squeezes(f);
-  whirls(f);
-  brakes(f);
-  limits(f);
-  pin(f);
-  film_coefficients(f);
-  return f;
-}
+Parts films() { return {settles, stays, squeezes, whirls, brakes, limits, pin, film_coefficients}; }
 
 }  // namespace freeplay::verification

@@ -55,7 +55,8 @@ void report(Findings& f, const std::string& scheme, const BalanceWatch& watch, c
 
 }  // namespace
 
-void balance(Findings& f, const State& start) {
+void balance(Findings& f) {
+  const auto start = start_of_everything();
   using I = Integrator;
   using S = Stabilisation;
   using F = FrictionLaw;
@@ -101,7 +102,8 @@ void balance(Findings& f, const State& start) {
 }
 
 /// The error of the interval means decreases with the tolerance as that of the method.
-void tolerances(Findings& f, const State& start) {
+void tolerances(Findings& f) {
+  const auto start = start_of_everything();
   for (const bool events : {false, true}) {
     std::vector<double> tolerance, linear;
     for (const double requested : {1e-6, 1e-8, 1e-10}) {
@@ -185,7 +187,8 @@ void columns(Findings& f, const char* subject, const char* scheme, const Scene& 
 
 }  // namespace
 
-void csv(Findings& f, const State& start) {
+void csv(Findings& f) {
+  const auto start = start_of_everything();
   const char* const subject = "forces.csv, one of each element";
   auto scene = penalty(
       {"", Integrator::dopri5, Stabilisation::projection, FrictionLaw::ambrosio, ContactLaw::exact, 4e-3});

@@ -10,20 +10,22 @@ namespace freeplay::verification::force_claims {
 
 using Point = reference::Planar<double>;
 
-// The parts, in the order of the set; `start` is a consistent state of everything().
-void balance(Findings& f, const State& start);     ///< balance by each integrator and scheme
-void tolerances(Findings& f, const State& start);  ///< error of the means against the tolerance
-void csv(Findings& f, const State& start);         ///< balance from the columns of forces.csv alone
+// The parts, in the order of the set.
+void balance(Findings& f);     ///< balance by each integrator and scheme
+void tolerances(Findings& f);  ///< error of the means against the tolerance
+void csv(Findings& f);         ///< balance from the columns of forces.csv alone
 void slider_cranks(Findings& f);
 void bearings(Findings& f);  ///< a rotor under a torque with a body welded on, a slider on a guide
 void load_cell(Findings& f);
 void torque_sensor(Findings& f);
-void watching(Findings& f, const State& start);  ///< observing forces changes no result
+void watching(Findings& f);  ///< observing forces changes no result
 /// undetermined reactions, and their determined sums
-void redundant(Findings& f, const State& start);
+void redundant(Findings& f);
 
 /// A scene with one of each element: verification/scenes/forces.toml.
 Scene everything();
+/// A consistent state of everything().
+State start_of_everything();
 /// The scene everything() for the nonsmooth formulation: no film, steps of 1e-5 s.
 Scene nonsmooth(Scheme scheme);
 

@@ -1,5 +1,7 @@
-// Scenes of the claim set "forces" (forces.cpp), which verifies the forces that a run reports, and
-// functions that run these scenes. force_claims.hpp describes each of them.
+// The claim set "forces": forces of a run satisfy the Newton–Euler equations, agree with closed
+// forms, and their time integrals are the impulses and the work. Here its scenes and the functions
+// that run them (force_claims.hpp); its parts are in force_*.cpp.
+#include "dynamics/assembly/assembly.hpp"
 #include "io/files/csv.hpp"
 #include "verification/claims/force_claims.hpp"
 #include "verification/support/runs.hpp"
@@ -7,6 +9,7 @@
 namespace freeplay::verification::force_claims {
 
 Scene everything() { return read_scene(test::scene_file("forces")); }
+State start_of_everything() { return assemble(everything().mechanism, RunOptions::Start::assembled); }
 
 Scene nonsmooth(Scheme scheme) {
   auto scene = everything();
@@ -98,3 +101,12 @@ std::size_t find(const Layout& layout, const std::string& name) {
 }
 
 }  // namespace freeplay::verification::force_claims
+
+namespace freeplay::verification {
+
+Parts forces() {
+  using namespace force_claims;
+  return {balance, tolerances, csv, slider_cranks, bearings, load_cell, torque_sensor, watching, redundant};
+}
+
+}  // namespace freeplay::verification

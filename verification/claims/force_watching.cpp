@@ -34,7 +34,8 @@ long differing(const Result& a, const Result& b) {
 
 }  // namespace
 
-void watching(Findings& f, const State& start) {
+void watching(Findings& f) {
+  const auto start = start_of_everything();
   const auto compare = [&](const char* scheme, const Scene& scene, Family family) {
     BalanceWatch watch(scene.mechanism, false, 1e-4, 5);
     const auto watched = run(scene, family, {&watch}, start), alone = run(scene, family, {}, start);
@@ -53,7 +54,8 @@ void watching(Findings& f, const State& start) {
   compare("Moreau–Jean, h = 1e-5 s", nonsmooth(Scheme::moreau_jean), Family::nonsmooth);
 }
 
-void redundant(Findings& f, const State& start) {
+void redundant(Findings& f) {
+  const auto start = start_of_everything();
   auto scene = everything();
   scene.run.duration = 1e-5;
   BalanceWatch watch(scene.mechanism, false, 1e-5);

@@ -150,18 +150,9 @@ void reactions(Findings& f) {
 
 namespace freeplay::verification {
 
-Findings gears() {
+Parts gears() {
   using namespace gear_claims;
-  Findings f;
-  rattle(f);
-  reactions(f);
-  planet(f);
-  distance(f);
-  racks(f);
-  slots(f);
-  stops(f);
-  bumps(f);
-  return f;
+  return {rattle, reactions, planet, distance, racks, slots, stops, bumps};
 }
 
 }  // namespace freeplay::verification

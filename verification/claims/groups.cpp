@@ -146,12 +146,6 @@ void column(Findings& f) {
 
 }  // namespace
 
-Findings groups() {
-  Findings f;
-  gas_of_rods(f);
-  sums_of_a_gas(f);
-  column(f);
-  return f;
-}
+Parts groups() { return {gas_of_rods, sums_of_a_gas, column}; }
 
 }  // namespace freeplay::verification

@@ -303,16 +303,6 @@ void four_bars(Findings& f) {
 
 }  // namespace
 
-Findings joint_friction() {
-  Findings f;
-  wheels(f);
-  stribeck(f);
-  rotors(f);
-  blocks(f);
-  pendulums(f);
-  impacts(f);
-  four_bars(f);
-  return f;
-}
+Parts joint_friction() { return {wheels, stribeck, rotors, blocks, pendulums, impacts, four_bars}; }
 
 }  // namespace freeplay::verification

@@ -145,14 +145,8 @@ void ball_claims(Findings& f) {
 
 }  // namespace
 
-Findings lyapunov_exponents() {
-  Findings f;
-  two_discs_claims(f);
-  three_discs_claims(f);
-  billiard_claims(f);
-  ball_claims(f);
-  attractor_exponents(f);
-  return f;
+Parts lyapunov_exponents() {
+  return {two_discs_claims, three_discs_claims, billiard_claims, ball_claims, attractor_exponents};
 }
 
 }  // namespace freeplay::verification

@@ -137,14 +137,6 @@ void guide_flight(Findings& f) {
 
 }  // namespace
 
-Findings mechanisms() {
-  Findings f;
-  seven_bodies(f);
-  slider_crank(f);
-  rows_of_four_bars(f);
-  guide_flight(f);
-  guide(f);
-  return f;
-}
+Parts mechanisms() { return {seven_bodies, slider_crank, rows_of_four_bars, guide_flight, guide}; }
 
 }  // namespace freeplay::verification

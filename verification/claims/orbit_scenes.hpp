@@ -6,17 +6,7 @@
 #include "verification/references/two_mass_oscillator.hpp"
 #include "verification/support/runs.hpp"
 
-namespace freeplay::verification {
-
-struct Findings;
-/// Claims about motions of time stepping and of the automatic scheme, and up to a shift (orbit_schemes.cpp).
-void orbits_of_schemes(Findings& f);
-/// Claims about exponents of attractors (attractor_exponents.cpp).
-void attractor_exponents(Findings& f);
-/// Claims about motions of penalty runs whose contacts are closed at the section (orbit_contacts.cpp).
-void orbits_of_closed_contacts(Findings& f);
-
-namespace scenes {
+namespace freeplay::verification::scenes {
 
 inline const char* const event_driven = "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
 
@@ -147,5 +137,4 @@ axis = [0, 1]
          edge("upper", number(toy.h_M)) + test::run_for(1) + event_driven;
 }
 
-}  // namespace scenes
-}  // namespace freeplay::verification
+}  // namespace freeplay::verification::scenes

@@ -149,14 +149,6 @@ void stiff_balls(Findings& f) {
 
 }  // namespace
 
-Findings orbits() {
-  Findings f;
-  balls(f);
-  stiff_balls(f);
-  oscillators(f);
-  orbits_of_schemes(f);
-  orbits_of_closed_contacts(f);
-  return f;
-}
+Parts orbits() { return {balls, stiff_balls, oscillators, orbits_of_schemes, orbits_of_closed_contacts}; }
 
 }  // namespace freeplay::verification

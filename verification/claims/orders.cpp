@@ -146,13 +146,6 @@ void contacts(Findings& f) {
 
 }  // namespace
 
-Findings orders() {
-  Findings f;
-  smooth(f);
-  adaptive(f);
-  across_impacts(f);
-  contacts(f);
-  return f;
-}
+Parts orders() { return {smooth, adaptive, across_impacts, contacts}; }
 
 }  // namespace freeplay::verification

@@ -1,4 +1,5 @@
-// Published contact problems: Exudyn's contact tests, tests 1 to 4 of Chung and Ooi, rows of balls,
+// Cases of other programs (cases/published), each with an independent reference, here contact
+// problems: Exudyn's contact tests, tests 1 to 4 of Chung and Ooi, rows of balls,
 // a ball against a rod, and a joint with backlash. The scenes are in cases/published.
 #include "verification/claims/claim.hpp"
 #include "verification/references/published/backlash.hpp"
@@ -372,5 +373,7 @@ void published_contacts(Findings& f) {
   ball_and_rod(f);
   backlash_joint(f);
 }
+
+Parts published_cases() { return {published_smooth, published_impacts, published_contacts}; }
 
 }  // namespace freeplay::verification

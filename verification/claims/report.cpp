@@ -11,39 +11,11 @@
 namespace freeplay::verification {
 namespace {
 
+#define CLAIM_SET(function, name, title) {name, title, function},
 constexpr ClaimSet sets[] = {
-    {"closed-forms", "Closed-form solutions", closed_forms},
-    {"restitution", "Restitution of contact laws", restitution},
-    {"impact-laws", "Impact laws", impact_laws},
-    {"complementarity", "Solvers of the contact problem, and piles of discs", complementarity},
-    {"mechanisms", "Published mechanisms", mechanisms},
-    {"published-cases", "Cases of other programs", published_cases},
-    {"tangential-compliance", "Tangential compliance of contacts", tangential_compliance},
-    {"sensitivities", "Derivatives through impacts and friction", sensitivity_claims},
-    {"orbits", "Periodic motions and their multipliers", orbits},
-    {"compiled", "Compiled mechanisms against general evaluation", compiled_mechanisms},
-    {"lyapunov", "Lyapunov exponents through impacts", lyapunov_exponents},
-    {"branches", "Branches of periodic motions and their bifurcations", branches},
-    {"gears", "Gears, racks, slots and end stops", gears},
-    {"oracle", "The paper's slider-crank against an independent derivation", oracle},
-    {"forces", "Reaction forces, sensors and undetermined reactions", forces},
-    {"unseen", "Detection of short contacts and pulses", unseen},
-    {"chosen", "Adaptive time stepping and the automatic scheme", chosen},
-    {"films", "Lubricated joints", films},
-    {"springs", "Nonlinear springs, cables and bushings", springs},
-    {"cams", "Cams and followers", cams},
-    {"rescaling", "Scaling with crank speed", rescaling},
-    {"promises", "Output rows, pairs of impacts, equal restitution", promises},
-    {"assembly", "Assembly of mechanisms", assembly},
-    {"driving", "Prescribed motions, forces by curves, motors", driving},
-    {"controllers", "Control of angles and positions", controllers},
-    {"equilibrium", "Equilibria and small oscillations", equilibrium},
-    {"joint-friction", "Friction in ideal joints", joint_friction},
-    {"groups", "Groups of equal discs", groups},
-    {"orders", "Orders of convergence", orders},
-    {"invariants", "Invariants", invariants},
-    {"stiff-limit", "Stiff limit of the penalty formulation", stiff_limit},
-    {"statistics", "Statistics of long runs by both formulations", statistics}};
+#include "verification/claims/sets.def"
+};
+#undef CLAIM_SET
 
 std::string expected(const Claim& c) {
   switch (c.assessed) {
@@ -80,12 +52,12 @@ std::span<const ClaimSet> claim_sets() { return sets; }
 
 bool Verdict::holds() const { return failure.empty() && std::ranges::all_of(findings.claims, &Claim::holds); }
 
-Verdict assess(const ClaimSet& set) {
+Verdict assess(const ClaimSet& set, const Parts& parts) {
   Verdict v;
   v.set = &set;
   const auto start = std::chrono::steady_clock::now();
   try {
-    v.findings = set.find();
+    for (const auto& part : parts) part.add(v.findings);
   } catch (const std::exception& e) {
     v.failure = e.what();
   }

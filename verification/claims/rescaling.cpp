@@ -51,10 +51,7 @@ double apart(const std::vector<double>& a, const std::vector<double>& b, std::si
   return worst;
 }
 
-}  // namespace
-
-Findings rescaling() {
-  Findings f;
+void sections(Findings& f) {
   const char *homogeneous = "0: the equations are homogeneous in the velocities",
              *exponents =
                  "exact: a factor of 2 changes exponents alone, "
@@ -86,7 +83,10 @@ Findings rescaling() {
   f.between(claim_name(subject, doubled, penalty.name), "",
             apart(section(penalty, 100, turns), section(penalty, 200, turns), all), 1e-3, 2.1,
             "different: a compliant impact has a time scale", another);
-  return f;
 }
+
+}  // namespace
+
+Parts rescaling() { return {sections}; }
 
 }  // namespace freeplay::verification

@@ -334,18 +334,9 @@ void agreements(Findings& f) {
 
 }  // namespace
 
-Findings sensitivity_claims() {
-  Findings f;
-  dropped_ball(f);
-  pendulum_and_wall(f);
-  oblique_drop(f);
-  sliding_block(f);
-  head_on(f);
-  speed_of_rig(f);
-  ball_and_spring(f);
-  rigid_limit(f);
-  agreements(f);
-  return f;
+Parts sensitivity_claims() {
+  return {dropped_ball, pendulum_and_wall, oblique_drop, sliding_block, head_on,
+          speed_of_rig, ball_and_spring,   rigid_limit,  agreements};
 }
 
 }  // namespace freeplay::verification

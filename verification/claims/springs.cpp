@@ -222,13 +222,6 @@ void press(Findings& f) {
 
 }  // namespace
 
-Findings springs() {
-  Findings f;
-  nonlinear(f);
-  kinked(f);
-  bushings(f);
-  press(f);
-  return f;
-}
+Parts springs() { return {nonlinear, kinked, bushings, press}; }
 
 }  // namespace freeplay::verification

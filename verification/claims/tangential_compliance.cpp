@@ -144,13 +144,6 @@ void elastic_sphere(Findings& f) {
 
 }  // namespace
 
-Findings tangential_compliance() {
-  Findings f;
-  impulse_map(f);
-  force_law(f);
-  one_contact_in_both(f);
-  elastic_sphere(f);
-  return f;
-}
+Parts tangential_compliance() { return {impulse_map, force_law, one_contact_in_both, elastic_sphere}; }
 
 }  // namespace freeplay::verification

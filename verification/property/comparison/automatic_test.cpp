@@ -51,7 +51,7 @@ TEST_CASE(
     "automatic scheme: a run that event-driven integration cannot finish reports the hand-over and its "
     "reason",
     "[automatic]") {
-  // That hand-overs lose nothing is a claim of "chosen".
+  // That hand-overs lose nothing is a claim of "setting-choice".
   const auto scene = parse_scene(loop, "loop");
   CHECK(test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth).ending.status ==
         Ending::Status::failed);

@@ -1,5 +1,5 @@
 // Events between the instants at which an integrator evaluates the motion. The set of claims
-// "unseen" contains further cases.
+// "missed-contacts" contains further cases.
 #include "dynamics/system.hpp"
 #include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"

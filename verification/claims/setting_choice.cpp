@@ -201,15 +201,6 @@ void handovers(Findings& f) {
 
 }  // namespace
 
-Findings chosen() {
-  Findings f;
-  rig(f);
-  smooth(f);
-  sliding(f);
-  at_rest(f);
-  turning_friction(f);
-  handovers(f);
-  return f;
-}
+Parts setting_choice() { return {rig, smooth, sliding, at_rest, turning_friction, handovers}; }
 
 }  // namespace freeplay::verification
