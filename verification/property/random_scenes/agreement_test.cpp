@@ -9,7 +9,7 @@ using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 
 TEST_CASE("random scenes with former silent errors or unjustified refusals are correct",
-          "[strangers][once]") {
+          "[random-scenes][once]") {
   // Former errors of these scenes: a sweep over velocities that friction drove on; a couple of
   // friction that lasts, and the order of a film, both of which the checks ignored; impacts without
   // closing velocity whose velocities no motion has; bounces that a neighbouring body holds down.
@@ -33,7 +33,7 @@ TEST_CASE("random scenes with former silent errors or unjustified refusals are c
   CHECK(verdict.outcome == Outcome::right);
 }
 
-TEST_CASE("impulses recorded through hand-overs equal the change of momentum", "[strangers][once]") {
+TEST_CASE("impulses recorded through hand-overs equal the change of momentum", "[random-scenes][once]") {
   // Contact modes that are given up at an impact have already had that impact; it is taken back
   // before the impact of other contacts. The bound is that of the quadrature over steps of the
   // event-driven scheme; impulses reported twice differed by 9e-7.
@@ -50,7 +50,7 @@ TEST_CASE("impulses recorded through hand-overs equal the change of momentum", "
   CHECK(handovers > 0);
 }
 
-TEST_CASE("impacts that add energy without end stop the run with their reason", "[strangers][once]") {
+TEST_CASE("impacts that add energy without end stop the run with their reason", "[random-scenes][once]") {
   // A guide with e = 1 and a friction of 0.93: a slow contact of a corner once moved the slider
   // through both walls.
   const auto drawn = draw(91, 307);
@@ -64,7 +64,7 @@ TEST_CASE("impacts that add energy without end stop the run with their reason", 
 }
 
 TEST_CASE("seed and index alone determine a random scene, and every kind of scene and element occurs",
-          "[strangers]") {
+          "[random-scenes]") {
   CHECK(draw(5, 3).text == draw(5, 3).text);
   CHECK(draw(5, 3).text != draw(5, 4).text);
   CHECK(draw(5, 3).text != draw(6, 3).text);
@@ -113,7 +113,7 @@ TEST_CASE("seed and index alone determine a random scene, and every kind of scen
   }
 }
 
-TEST_CASE("each transformation of a scene is undone by itself or its inverse", "[strangers]") {
+TEST_CASE("each transformation of a scene is undone by itself or its inverse", "[random-scenes]") {
   const auto mirrors = [](const Scene& s) { return mirrored(mirrored(s)); };
   const auto orders = [](const Scene& s) { return reordered(reordered(s)); };
   const auto units = [](const Scene& s) { return rescaled(rescaled(s, {8, 2, 0.25}), {0.125, 0.5, 4}); };
@@ -148,7 +148,7 @@ std::pair<RandomScene, const Way*> right_one(const std::string& kind, const std:
 
 }  // namespace
 
-TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
+TEST_CASE("a falsified result is classified as a silent error", "[random-scenes]") {
   const auto way = GENERATE("penalty", "event-driven", "moreau-jean");
   const auto found = right_one("thrown", way);
   const auto& drawn = found.first;
@@ -173,7 +173,7 @@ TEST_CASE("a falsified result is classified as a silent error", "[strangers]") {
   CHECK(outcome([](Sight& s) { s.result.ending = {Ending::Status::failed, "planted"}; }) == Outcome::refused);
 }
 
-TEST_CASE("time steps at the start of a pulse are compared within their resolution", "[strangers]") {
+TEST_CASE("time steps at the start of a pulse are compared within their resolution", "[random-scenes]") {
   // Torques that rise from 0 at t₀: with steps of h the crank's displacement is off by
   // (h/(t − t₀))²/2 of itself, 4 % in the first scene (measured with h to h/16: 4.1 % to 0.016 %,
   // each a quarter of the one before). The second scene is evaluated 1.4 steps after t₀.
@@ -187,7 +187,7 @@ TEST_CASE("time steps at the start of a pulse are compared within their resoluti
   CHECK(falsified.outcome == Outcome::silent);
 }
 
-TEST_CASE("kinds of refusals do not depend on numbers and names", "[strangers]") {
+TEST_CASE("kinds of refusals do not depend on numbers and names", "[random-scenes]") {
   CHECK(kind_of_refusal("t = 0.125 s: b2 and \"c1\" gave 1.5e-3 m") == "t = # s: * and * gave # m");
   CHECK(kind_of_refusal("t = 1 s: j0.rear_lower") == kind_of_refusal("t = 2 s: j3.front_upper"));
 }
