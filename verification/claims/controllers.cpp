@@ -54,15 +54,17 @@ struct ControlledRun {
 };
 
 /// `accuracy`: tolerance of adaptive time steps.
-ControlledRun controlled(const std::string& text, double duration, const Way& way,
-                         Observer* observer = nullptr, double accuracy = 1e-9) {
-  auto scene = test::scene_by(way, text + test::run_for(duration), {"penalty.tolerance=1e-10"});
+ControlledRun controlled(Scene scene, const Way& way, Observer* observer = nullptr, double accuracy = 1e-9) {
+  way.choose(scene);
   scene.nonsmooth.step_tolerance = accuracy;
-  scene.nonsmooth.tolerance = 1e-10;
+  scene.nonsmooth.tolerance = scene.penalty.tolerance = 1e-10;
   Simulation simulation(scene, test::name_of(way.family));
   test::finished(simulation, observer ? std::vector<Observer*>{observer} : std::vector<Observer*>{});
   const auto ledger = simulation.ledger();
   return {simulation.state(), std::abs(ledger.closure()), std::max(std::abs(ledger.drive), ledger.kinetic)};
+}
+ControlledRun controlled(const std::string& text, double duration, const Way& way) {
+  return controlled(parse_scene(text + test::run_for(duration), "controlled"), way);
 }
 
 constexpr double J = 0.05, m = 2;  // kg m², kg
@@ -207,37 +209,18 @@ void limited(Findings& f) {
   }
 }
 
-/// Motor and table with a dead zone of 500 N m/rad beyond ±0.01 rad, under PD control of the table.
+/// Motor and table with a dead zone under PD control of the table.
 void dead_zone(Findings& f) {
   const char* const subject = "axis under PD control across a dead zone";
-  const std::string text =
-      test::body("motor", 1.0, 0.05) + test::body("table", 1.0, 0.05, "position = [1.0, 0.0]\n") +
-      test::pin("shaft", "ground", "motor") + test::pin("axis", "ground", "table", {1.0, 0.0}) +
-      test::drive("servo", "shaft",
-                  "measured = \"axis\"\ntarget_angle = -0.03\nproportional = 20\n"
-                  "derivative = 0.4\n") +
-      R"([loads.nut]
-type = "torsional-bump-stop"
-between = ["table", "motor"]
-lower = -0.01
-upper = 0.01
-stiffness = 500
-[loads.shaft_drag]
-type = "torsional-spring-damper"
-between = ["ground", "motor"]
-damping = 0.4
-[loads.table_drag]
-type = "torsional-spring-damper"
-between = ["ground", "table"]
-damping = 0.2
-)";
+  const auto scene = test::read_short(test::scene_file("axis_with_dead_zone"), 0.5),
+             longer = test::read_short(test::scene_file("axis_with_dead_zone"), 6);
   reference::SwitchedAxis axis;
   axis.J1 = axis.J2 = J, axis.c1 = 0.4L, axis.c2 = 0.2L, axis.kp = 20, axis.kd = 0.4L, axis.k = 500,
   axis.b = 0.01L;
   const reference::DescribingFunction cycle(axis);
   const auto y = axis.run({0.03L, 0, 0.03L, 0, 0, 0}, 0.5L);
   for (const auto& way : control_ways) {
-    const auto o = controlled(text, 0.5, way);
+    const auto o = controlled(scene, way);
     const char* const source = "references/feedback, linear pieces between switches";
     // ω² = 2k/J = (141 rad/s)²
     f.within(claim_name(subject, "angle of the motor after 0.5 s", way.name), "rad", o.end.q[2],
@@ -246,7 +229,7 @@ damping = 0.2
              -0.03 + static_cast<double>(y[2]), bound(way, 0.05, 141), source, reason);
     balance(f, subject, way, o, 141);
     Cycle seen(4, -0.03);
-    controlled(text, 6, way, &seen, 1e-6);
+    controlled(longer, way, &seen, 1e-6);
     const char* const harmonic =
         "harmonics neglected: the dead zone's third is below a third of the first, "
         "and the inertias attenuate it "
@@ -261,28 +244,10 @@ damping = 0.2
   }
 }
 
-/// Motor and table on two equal gears with backlash, r_b = 0.05 m cos 20°, without restitution. The
-/// motor's joint has the motor as its first body, so that its angle has the sense of the table's.
+/// Motor and table on two equal gears with backlash, without restitution.
 void backlash(Findings& f) {
   const char* const subject = "axis under PD control across gears with backlash";
-  const double rb = 0.05 * std::cos(20 * std::numbers::pi / 180);
-  const std::string text =
-      test::body("motor", 1.0, 0.05) + test::body("table", 1.0, 0.05, "position = [0.1, 0.0]\n") +
-      test::pin("shaft", "motor", "ground") + test::pin("axis", "ground", "table", {0.1, 0.0}) +
-      test::gear("mesh", "motor", "table", {0.05, 0.05},
-                 fmt::format("backlash = {}\nsurface = \"steel\"\n", 2 * rb * 0.01)) +
-      test::surface("steel", 0) +
-      test::drive("servo", "shaft",
-                  "measured = \"axis\"\ntarget_angle = -0.03\nproportional = 20\nderivative = 1\n") +
-      R"([loads.shaft_drag]
-type = "torsional-spring-damper"
-between = ["ground", "motor"]
-damping = 0.05
-[loads.table_drag]
-type = "torsional-spring-damper"
-between = ["ground", "table"]
-damping = 0.05
-)";
+  const auto scene = read_scene(test::scene_file("axis_with_backlash"));
   reference::SwitchedAxis axis;
   axis.J1 = axis.J2 = J, axis.c1 = axis.c2 = 0.05L, axis.kp = 20, axis.kd = 1, axis.b = 0.01L;
   axis.rigid = true;
@@ -290,7 +255,7 @@ damping = 0.05
   const auto y = axis.run({0.03L, 0, 0.03L, 0, 0, 0}, 1.5L);
   for (const auto& way : control_ways) {
     if (way.penalty()) continue;  // rigid teeth
-    const auto o = controlled(text, 1.5, way);
+    const auto o = controlled(scene, way);
     const char* const source = "references/feedback, linear pieces and plastic impacts";
     const char* const why =
         "tolerance 1e-10 per step and impact, margin of 1e4; adaptive time steps: 1e-9, likewise; "

@@ -49,14 +49,18 @@ class Watch final : public Observer {
   Forces forces_;
 };
 
-Outcome run(const std::string& text, double duration, const Way& way, Watch::Off off = nullptr) {
-  const auto scene = test::scene_by(way, text + test::run_for(duration), {"penalty.tolerance=1e-10"});
+Outcome run(Scene scene, const Way& way, Watch::Off off = nullptr) {
+  way.choose(scene);
+  scene.penalty.tolerance = 1e-10;
   Simulation simulation(scene, test::name_of(way.family));
   Watch watch(off, way.fixed());
   test::finished(simulation, off ? std::vector<Observer*>{&watch} : std::vector<Observer*>{});
   const auto ledger = simulation.ledger();
   return {simulation.state(), watch.worst, std::abs(ledger.closure()),
           std::max({std::abs(ledger.drive), std::abs(ledger.load), ledger.kinetic})};
+}
+Outcome run(const std::string& text, double duration, const Way& way, Watch::Off off = nullptr) {
+  return run(parse_scene(text + test::run_for(duration), "drive"), way, off);
 }
 
 constexpr double inertia = 0.05;
@@ -215,15 +219,9 @@ void prescribed(Findings& f) {
 /// when the ball separates.
 void plates(Findings& f) {
   const char* const subject = "ball on a plate that accelerates downwards";
-  const std::string text = "gravity = [0.0, -9.81]\n" + test::body("plate", 5.0, 0.3) +
-                           test::body("ball", 1.0, 0.004, "position = [0.0, 0.1]\n") +
-                           test::surface("s", 0.5, "young = 2e9\npoisson = 0.3\n") +
-                           test::guide("guide", "ground", "plate", {0.0, 1.0}) +
-                           test::plane("c", "plate", "ball", 0.1, "s", "axis = [1.0, 0.0]\n") +
-                           "[curves.v]\nshape = \"table\"\npoints = [[0, 0], [0.5, 1], [1.0, -6]]\n" +
-                           test::drive("lift", "guide", "velocity = \"v\"\n");
+  const auto scene = read_scene(test::scene_file("ball_on_lift"));
   for (const auto& way : ways) {
-    const auto o = run(text, 0.9, way);
+    const auto o = run(scene, way);
     // Penalty: K δ^1.5 = m (g + a) with K = 4/3 E/(1 − ν²) √R gives δ = 7e-6 m; on release the ball
     // gains ω δ < 5e-3 m/s.
     f.within(claim_name(subject, "height after 0.9 s", way.name), "m", o.end.q[4],
@@ -243,20 +241,9 @@ void plates(Findings& f) {
 /// at 10 rad/s.
 void followed(Findings& f) {
   const char* const subject = "follower prescribed by a cam law";
-  const std::string text = test::body("cam", 1.0, 0.01) + test::body("block", 2.0, 0.05) +
-                           test::pin("main", "ground", "cam") +
-                           test::guide("guide", "ground", "block", {0.0, 1.0}) + R"([curves.lift]
-shape = "rise-dwell-return"
-to = 0.03
-rise = 2.0
-dwell = 1.0
-return = 2.0
-rest = 1.283185307179586
-repeat = true
-)" + test::motor("turn", "main", 10.0) +
-                           "[drives.follower]\njoint = \"guide\"\nposition = \"lift\"\nof = \"main\"\n";
+  const auto scene = read_scene(test::scene_file("cam_law_follower"));
   for (const auto& way : ways) {
-    const auto o = run(text, 1.0, way, [](double t, const auto&, const auto&, const Forces& now) {
+    const auto o = run(scene, way, [](double t, const auto&, const auto&, const Forces& now) {
       const double turn = std::fmod(10 * t, 2 * std::numbers::pi);
       double slope = 0, bend = 0;
       if (turn < 2 || (turn > 3 && turn < 5)) {

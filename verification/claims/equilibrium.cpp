@@ -21,40 +21,34 @@ Rest rest(const Scene& scene, Family family) {
   r.forces = static_forces(system, r.at);
   return r;
 }
-Rest rest(const std::string& text, Family family) { return rest(parse_scene(text, "claim"), family); }
+Rest rest(const char* scene, Family family) { return rest(read_scene(test::scene_file(scene)), family); }
 
 namespace {
 
-std::string pendulum_scene(double angle) {
-  return "gravity = [0, -9.81]\n" +
-         test::body("bar", 2, 0.03,
-                    fmt::format("position = [{}, {}]\nangle = {}\n", 0.3 * std::cos(angle),
-                                0.3 * std::sin(angle), angle)) +
-         test::pin("pivot", "ground", "bar", {}, {-0.3, 0}) + test::run_for(1, "start = \"equilibrium\"\n");
+Rest bar_near(double angle) {
+  return rest(
+      read_scene(test::scene_file("hanging_bar"),
+                 {fmt::format("bodies.bar.angle={}", angle),
+                  fmt::format("bodies.bar.position=[{}, {}]", 0.3 * std::cos(angle), 0.3 * std::sin(angle))}),
+      Family::nonsmooth);
 }
 
 }  // namespace
 
 void pendulums(Findings& f) {
   const reference::Pendulum p{2, 0.03, 0.3, 9.81, 0};
-  const auto hangs = rest(pendulum_scene(0.4));
+  const auto hangs = bar_near(0.4);
   f.within("pendulum: equilibrium angle, initial guess 0.4 rad", "rad", hangs.at.state.q[2], -pi / 2, 1e-12,
            "−π/2", "rounding");
   f.relative("pendulum: angular frequency of small oscillations", "rad/s", hangs.rate(0), p.small_rate(),
              1e-10, "√(m g a/(J + m a²))", exact);
-  const auto upright = rest(pendulum_scene(pi / 2));
+  const auto upright = bar_near(pi / 2);
   f.within("upright pendulum: number of unstable motions", "", upright.at.runaway, 1, 0, "1", "exact");
   f.relative("upright pendulum: growth rate", "1/s", upright.modes.at(0).s.real(), p.small_rate(), 1e-10,
              "√(m g a/(J + m a²))", exact);
 
   const reference::HangingPair two{0.471, 0.0035, 0.15, 0.3, 0.39, 0.002, 0.125, 9.81};
-  const auto pair = rest(
-      "gravity = [0, -9.81]\n[bodies.upper]\nmass = 0.471\ninertia = 0.0035\nangle = -0.8\n"
-      "[bodies.lower]\nmass = 0.39\ninertia = 0.002\nangle = 0.3\n"
-      "[joints]\npivot = {type = \"revolute\", between = [\"ground\", \"upper\"], at = [[0, 0], [-0.15, "
-      "0]]}\n"
-      "elbow = {type = \"revolute\", between = [\"upper\", \"lower\"], at = [[0.15, 0], [-0.125, 0]]}\n"
-      "[run]\nduration = 1\n");
+  const auto pair = rest("hanging_pair");
   for (const std::size_t i : {0, 1})
     f.relative(claim_name("double pendulum", fmt::format("angular frequency of mode {}", i + 1)), "rad/s",
                pair.rate(i), two.rates()[i], 1e-10, "references/small_motions: quadratic equation", exact);
@@ -62,14 +56,7 @@ void pendulums(Findings& f) {
 
 void springs(Findings& f) {
   // Two stretched springs in line: along them k₁ + k₂, across them the tension T (1/l₁ + 1/l₂).
-  const auto held = rest(
-      "[bodies.mass]\nmass = 3\ninertia = 1\nposition = [0.1, 0.05]\n[loads]\n"
-      "a = {type = \"spring-damper\", between = [\"ground\", \"mass\"], at = [[-1, 0], [0, 0]], "
-      "stiffness = 200, "
-      "free_length = 0.8}\n"
-      "b = {type = \"spring-damper\", between = [\"ground\", \"mass\"], at = [[1, 0], [0, 0]], "
-      "stiffness = 300, "
-      "free_length = 0.6}\n[run]\nduration = 1\n");
+  const auto held = rest("mass_between_springs");
   // 200 (1 + x − 0.8) = 300 (1 − x − 0.6)
   const double x = 80.0 / 500, tension = 200 * (0.2 + x);
   f.within("mass between two stretched springs: equilibrium position", "m", held.at.state.q[0], x, 1e-13,
@@ -80,13 +67,7 @@ void springs(Findings& f) {
   f.relative("mass between two stretched springs: angular frequency along the springs", "rad/s", held.rate(1),
              sqrt(500.0 / 3), 1e-10, "√((k₁ + k₂)/m)", exact);
   // A block on a spring with damper under a constant force.
-  const auto block = rest(
-      "gravity = [0, -9.81]\n[bodies.block]\nmass = 4\ninertia = 1\nposition = [0, -0.1]\n"
-      "[joints.guide]\ntype = \"translational\"\nbetween = [\"ground\", \"block\"]\naxis = [0, 1]\n[loads]\n"
-      "spring = {type = \"spring-damper\", between = [\"ground\", \"block\"], at = [[0, 1], [0, 0]], "
-      "stiffness = "
-      "900, damping = 12, free_length = 0.7}\n"
-      "pull = {type = \"force\", body = \"block\", force = [3, -20]}\n[run]\nduration = 1\n");
+  const auto block = rest("loaded_block");
   f.within("block on spring and damper under a constant force: equilibrium position", "m",
            block.at.state.q[1], 0.3 - (4 * 9.81 + 20) / 900, 1e-13, "l₀ − F/k", "rounding");
   const auto s = block.modes.at(0).s;
@@ -95,11 +76,7 @@ void springs(Findings& f) {
   f.relative("block on spring and damper under a constant force: damping ratio", "",
              block.modes.at(0).damping(), 12 / (2 * sqrt(900.0 * 4)), 1e-10, "d/(2√(k m))", exact);
   // A torque u = u₀ + c φ with a lag τ: (J s² + d s + k)(τ s + 1) = c.
-  const auto lagged = rest(
-      "[bodies.rotor]\nmass = 2\ninertia = 0.5\n[joints.pivot]\ntype = \"revolute\"\n"
-      "between = [\"ground\", \"rotor\"]\n[loads.spring]\ntype = \"torsional-spring-damper\"\n"
-      "between = [\"ground\", \"rotor\"]\nstiffness = 8\ndamping = 0.4\n[drives.motor]\njoint = \"pivot\"\n"
-      "torque_table = [[-2, 0], [2, 6]]\nagainst = \"angle\"\nlag = 0.05\n[run]\nduration = 1\n");
+  const auto lagged = rest("lagging_rotor");
   const double phi = 3 / (8 - 1.5);
   f.within("rotor on a spring with a lagging torque 3 + 1.5 φ: equilibrium angle", "rad",
            lagged.at.state.q[2], phi, 1e-13, "k φ = u(φ)", "rounding");
@@ -118,19 +95,9 @@ reference::SprungSliderCrank sprung() {
   return {0.1L, 0.3L, 0.5L, 0.0008L, 0.9L, 0.007L, 1.1L, -3, -9.81L, 6, 1.2L};
 }
 Scene sprung_scene(bool clearance_joint) {
-  return parse_scene(
-      fmt::format(
-          "gravity = [-3, -9.81]\n[bodies.crank]\nmass = 0.5\ninertia = 0.0008\nangle = 0.6\n"
-          "[bodies.rod]\nmass = 0.9\ninertia = 0.007\n[bodies.slider]\nmass = 1.1\ninertia = 0.001\n"
-          "[joints]\n"
-          "main = {{type = \"revolute\", between = [\"ground\", \"crank\"], at = [[0, 0], [-0.05, 0]]}}\n"
-          "big_end = {{type = \"revolute\", between = [\"crank\", \"rod\"], at = [[0.05, 0], [-0.15, 0]]}}\n"
-          "gudgeon = {{type = \"revolute\", between = [\"rod\", \"slider\"], at = [[0.15, 0], [0, 0]]{}}}\n"
-          "guide = {{type = \"translational\", between = [\"ground\", \"slider\"], axis = [1, 0]}}\n[loads]\n"
-          "spring = {{type = \"torsional-spring-damper\", between = [\"ground\", \"crank\"], stiffness = 6, "
-          "free_angle = 1.2}}\n{}",
-          clearance_joint ? ", clearance = 0.25e-3, bearing_radius = 0.011, surface = \"steel\"" : "", steel),
-      "slider-crank");
+  auto scene = read_scene(test::scene_file("sprung_slider_crank"));
+  if (!clearance_joint) scene.mechanism = idealised(scene.mechanism);
+  return scene;
 }
 
 void slider_crank(Findings& f) {

@@ -23,9 +23,6 @@ using std::sqrt;
 inline constexpr double pi = std::numbers::pi;
 inline constexpr const char* exact =
     "derivatives are exact: rounding of position and values, 1e-13, margin of 1000";
-inline constexpr const char* steel =
-    "[surfaces]\nsteel = {young = 207e9, poisson = 0.3, restitution = 0.5}\n[run]\nduration = 1\n"
-    "start = \"equilibrium\"\n";
 /// Hertz's K of steel on steel at a radius of curvature (m), from the formula.
 inline double hertz(double radius) { return 4.0 / 3 * 207e9 / (2 * (1 - 0.3 * 0.3)) * sqrt(radius); }
 
@@ -42,7 +39,8 @@ struct Rest {
 };
 
 Rest rest(const Scene& scene, Family family);
-Rest rest(const std::string& text, Family family = Family::nonsmooth);
+/// Of a scene of verification/scenes.
+Rest rest(const char* scene, Family family = Family::nonsmooth);
 
 reference::SprungSliderCrank sprung();
 Scene sprung_scene(bool clearance_joint);

@@ -33,6 +33,7 @@ extern const std::array<Way, 4> ways;
 /// The way as the scheme of a claim's name; `step` (s) as text, where the way has fixed steps.
 std::string scheme_of(const Way& way, const char* step);
 
+Scene scene_by(Scene scene, const Way& way);
 Scene scene_by(const std::string& text, const Way& way);
 /// Adds the claims on impulse, approach speed and time of each impact of a run against a closed
 /// form.

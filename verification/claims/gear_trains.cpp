@@ -7,35 +7,15 @@
 namespace freeplay::verification::gear_claims {
 
 void planet(Findings& f) {
-  const std::string text =
-      test::body("sun", 1.0, 0.001, "angular_velocity = 30.0\n") +
-      test::body("carrier", 1.0, 0.01, "angular_velocity = 7.5\n") +
-      test::body("planet", 0.5, 0.0005,
-                 "position = [0.1, 0.0]\nvelocity = [0.0, 0.75]\nangular_velocity = -15.0\n") +
-      test::pin("sun_pin", "ground", "sun") + test::pin("carrier_pin", "ground", "carrier") +
-      test::pin("planet_pin", "carrier", "planet", {0.1, 0.0}) + R"([joints.inner]
-type = "gear"
-between = ["sun", "planet"]
-teeth = [20, 20]
-module = 5e-3
-MORE[joints.outer]
-type = "gear"
-between = ["ground", "planet"]
-teeth = [60, 20]
-module = 5e-3
-internal = true
-MORE[surfaces.steel]
-restitution = 0.2
-)" + test::motor("motor", "sun_pin", 30.0) +
-      test::run_for(3.0, "start = \"assembled\"\n");
-  const auto with = [&](const std::string& more) {
-    auto s = text;
-    for (auto at = s.find("MORE"); at != s.npos; at = s.find("MORE")) s.replace(at, 4, more);
-    return s;
-  };
+  const auto ideal = read_scene(test::scene_file("planetary_gear"));
+  std::vector<std::string> backlash;
+  for (const char* mesh : {"inner", "outer"})
+    for (const char* key : {"backlash=1e-4", "mesh_stiffness=2e8", "surface=steel"})
+      backlash.push_back(fmt::format("joints.{}.{}", mesh, key));
+  const auto loose = read_scene(test::scene_file("planetary_gear"), backlash);
   const double carrier = 30.0 * 20 / 80 * 3;
   for (const auto& way : ways) {
-    auto scene = scene_by(with(""), way);
+    auto scene = scene_by(ideal, way);
     if (way.fixed()) scene.nonsmooth.step = 1e-4;
     const auto end = test::finished(scene, way.family).final_state;
     const double bound = way.penalty() ? 1e-7 : 1e-10;
@@ -49,7 +29,7 @@ restitution = 0.2
              bound, "ω_p = ω_c (1 − z_r/z_p)", why);
   }
   for (const auto& way : ways) {
-    auto scene = scene_by(with("backlash = 1e-4\nmesh_stiffness = 2e8\nsurface = \"steel\"\n"), way);
+    auto scene = scene_by(loose, way);
     if (way.fixed()) scene.nonsmooth.step = 2e-5;
     scene.run.duration = 1;
     const auto end = test::finished(scene, way.family).final_state;
@@ -63,22 +43,10 @@ restitution = 0.2
 }
 
 void distance(Findings& f) {
-  const std::string text =
-      test::body("pinion", 1.0, 0.001, "angular_velocity = 30.0\n") +
-      test::body("hub", 1.0, 0.01, "position = [0.151, 0.0]\nvelocity = [0.05, 0.0]\n") +
-      test::body("wheel", 2.0, 0.004,
-                 "position = [0.151, 0.0]\nvelocity = [0.05, 0.0]\nangular_velocity = -15.0\n") +
-      test::pin("front", "ground", "pinion") + test::guide("guide", "ground", "hub") +
-      test::pin("rear", "hub", "wheel") + R"([joints.mesh]
-type = "gear"
-between = ["pinion", "wheel"]
-teeth = [20, 40]
-module = 5e-3
-)" + test::spring("spring", "ground", "hub", {0.35, 0.0}, {0.0, 0.0}, 30000.0, 0.2) +
-      test::run_for(0.5, "start = \"assembled\"\n");
+  const auto moving = read_scene(test::scene_file("gears_with_moving_centre"));
   const long double S = 0.15L * std::cos(20 * M_PIl / 180);
   for (const auto& way : ways) {
-    auto scene = scene_by(text, way);
+    auto scene = scene_by(moving, way);
     if (way.fixed()) scene.nonsmooth.step = 1e-4;
     if (way.penalty()) scene.penalty.tolerance = 1e-12;
     double worst = 0;

@@ -13,11 +13,14 @@ const std::array<Way, 4> ways{
     Way{test::event_driven, 1e-11, "rounding: no force between impacts"},
     Way{test::automatic, 1e-11, "rounding: no force between impacts"}};
 
-Scene scene_by(const std::string& text, const Way& way) {
-  auto scene = test::scene_by(way, "format = 2\n" + text);
+Scene scene_by(Scene scene, const Way& way) {
+  way.choose(scene);
   scene.penalty.contact = ContactLaw::exact;
   scene.penalty.tolerance = 1e-10;
   return scene;
+}
+Scene scene_by(const std::string& text, const Way& way) {
+  return scene_by(parse_scene("format = 2\n" + text, "gears"), way);
 }
 
 std::string scheme_of(const Way& way, const char* step) {

@@ -31,11 +31,6 @@ std::string scatterer(const std::vector<Place>& centres, long double radius, Pla
          scenes::event_driven;
 }
 
-std::string wall(const std::string& name, const char* at, const char* axis) {
-  return test::plane(fmt::format("{}", name), "ground", "ball", 0, "hard",
-                     fmt::format("at = [[{}], [0, 0]]\naxis = [{}]\n", at, axis));
-}
-
 double exponent_of(const Lyapunov& found, std::size_t i) {
   return found.failure.empty() && i < found.exponents.size() ? found.exponents[i].value : NAN;
 }
@@ -97,14 +92,8 @@ void three_discs_claims(Findings& f) {
 }
 
 void billiard_claims(Findings& f) {
-  const auto text = "[bodies.ball]\nmass = 1\npoint = true\nposition = [0.8, 0.1]\nvelocity = [0.6, 0.8]\n" +
-                    fmt::format(
-                        "[contacts.disc]\ntype = \"discs\"\nbetween = [\"ground\", \"ball\"]\n"
-                        "radii = [0.25, 0.25]\nsurface = \"hard\"\n") +
-                    wall("left", "-1, 0", "0, -1") + wall("right", "1, 0", "0, 1") +
-                    wall("low", "0, -1", "1, 0") + wall("high", "0, 1", "-1, 0") +
-                    "[surfaces.hard]\nrestitution = 1\n" + test::run_for(20'000) + scenes::event_driven;
-  const auto found = lyapunov(parse_scene(text, "billiard"), {.batches = 40, .transient = 50});
+  const auto found =
+      lyapunov(read_scene(test::scene_file("sinai_billiard")), {.batches = 40, .transient = 50});
   const auto expected = reference::SinaiBilliard{1, 0.5}.exponent(2'000'000, 1);
   const std::string subject = "point in a square with a disc (Sinai billiard)";
   const std::string source = "another program: ray tracing with the curvature of wave fronts";

@@ -168,14 +168,7 @@ void at_once(Findings& f) {
 /// Steep friction: an impact at 250 m/s with sliding at 100 m/s, µ = 1, friction regularised below
 /// 1 mm/s.
 void steep(Findings& f) {
-  auto scene = parse_scene(test::body("ball", 0.12, 2e-6, "position = [0, 0.1]\nvelocity = [100, -250]\n") +
-                               test::surface("s", 0.5, "young = 5e8\npoisson = 0.3\nfriction = 1\n") +
-                               test::plane("floor", "ground", "ball", 0.006) +
-                               test::run_for(2e-3, "start = \"given\"\n") +
-                               R"([penalty]
-contact = "exact"
-)",
-                           "steep");
+  auto scene = read_scene(test::scene_file("steep_friction"));
   int finished = 0;
   double worst = 0;
   // Slip ends within the contact: P_T = v_T/D_TT, v_T = 100 m/s at the rim, D_TT = 1/m + R²/J.

@@ -45,13 +45,7 @@ void contacts(Findings& f) {
     };
     const double m = 2, weight = m * 9.81, K = hertz(20e-3 * 19e-3 / 1e-3);
     const double depth = yields ? reference::hertz_depth(weight, K) : 0;
-    const auto pin =
-        rest(fmt::format("gravity = [0, -9.81]\n[bodies.disc]\nmass = 2\ninertia = 0.001\n"
-                         "position = [0.4e-3, 0.3e-3]\n[joints.pin]\ntype = \"revolute\"\n"
-                         "between = [\"ground\", \"disc\"]\nclearance = 1e-3\nbearing_radius = 20e-3\n"
-                         "surface = \"steel\"\n{}",
-                         steel),
-             family);
+    const auto pin = rest("disc_on_loose_pin", family);
     f.within(pin_name("depth below the centre"), "m", -pin.at.state.q[1], 1e-3 + depth, 1e-15,
              yields ? "c + (m g/K)^⅔" : "c", "rounding of 1 mm, margin of 1e4");
     f.within(pin_name("normal force"), "N", pin.at.normal.at(0), weight, 1e-9, "m g",
@@ -64,16 +58,7 @@ void contacts(Findings& f) {
       f.relative(pin_name("angular frequency on the contact stiffness"), "rad/s", pin.rate(1),
                  reference::hertz_bounce(m, weight, K), 1e-9, "√(1.5 K √δ/m)",
                  "relative rounding of δ, 1e-13, margin of 1e4");
-    const auto disc =
-        rest(fmt::format(
-                 "gravity = [0, -10]\n[bodies.disc]\nmass = 2\ninertia = 0.01\nposition = [0.05, 0.3]\n"
-                 "[contacts]\nfloor = {{type = \"plane\", between = [\"ground\", \"disc\"], axis = [1, 0], "
-                 "radius = "
-                 "0.1, surface = \"steel\"}}\n[loads]\nspring = {{type = \"spring-damper\", "
-                 "between = [\"ground\", "
-                 "\"disc\"], at = [[0, -0.4], [0, 0]], stiffness = 500, free_length = 0.2}}\n{}",
-                 steel),
-             family);
+    const auto disc = rest("disc_on_spring", family);
     // F = m g + k (0.5 − δ − l₀), δ = (F/K)^⅔: each iteration gains six digits.
     double force = 170, sunk = 0;
     for (int i = 0; yields && i < 10; ++i) {
@@ -86,26 +71,7 @@ void contacts(Findings& f) {
     f.relative(disc_name("angular frequency along the ground"), "rad/s", disc.rate(0),
                sqrt(500 * (0.3 - sunk) / (0.5 - sunk) / 2), 1e-10, "√(T/(l m))", exact);
     // Three discs in a trough of 45°: the weights of two act along the walls.
-    std::string walls;
-    for (const char* disc : {"a", "b", "c"})
-      walls += fmt::format(
-          "l{0} = {{type = \"plane\", between = [\"ground\", \"{0}\"], axis = [1, -1], radius = 0.1, "
-          "surface = "
-          "\"steel\"}}\nr{0} = {{type = \"plane\", between = [\"ground\", \"{0}\"], axis = [1, 1], "
-          "radius = 0.1, "
-          "surface = \"steel\"}}\n",
-          disc);
-    const auto trough = rest(
-        fmt::format(
-            "gravity = [0, -10]\n[bodies]\na = {{mass = 2, inertia = 0.01, position = [-0.05, 0.3]}}\n"
-            "b = {{mass = 1, inertia = 0.01, position = [0.2, 0.6]}}\n"
-            "c = {{mass = 1, inertia = 0.01, position = [0.02, 1.6]}}\n[contacts]\n{}"
-            "ab = {{type = \"discs\", between = [\"a\", \"b\"], radii = [0.1, 0.1], surface = \"steel\"}}\n"
-            "bc = {{type = \"discs\", between = [\"b\", \"c\"], radii = [0.1, 0.1], surface = \"steel\"}}\n"
-            "ac = {{type = \"discs\", between = [\"a\", \"c\"], radii = [0.1, 0.1], "
-            "surface = \"steel\"}}\n{}",
-            walls, steel),
-        family);
+    const auto trough = rest("discs_in_trough", family);
     const double down = 10 / sqrt(2.0);
     const std::vector<double> expected{3 * down, 3 * down, 0, down, down, 0, down, 0, down};
     double off = 0;

@@ -8,30 +8,14 @@ namespace freeplay::verification::gear_claims {
 
 void slots(Findings& f) {
   const double r = 0.05, w = 20, phi = 0.7, c = 1e-4;
-  const std::string text =
-      test::body("crank", 1.0, 0.001, fmt::format("angle = {}\nangular_velocity = 20.0\n", phi)) +
-      test::body("yoke", 2.0, 0.004,
-                 fmt::format("position = [{}, 0.0]\nvelocity = [{}, 0.0]\n", r * std::cos(phi),
-                             -r * w * std::sin(phi))) +
-      test::pin("main", "ground", "crank") + test::guide("guide", "ground", "yoke") + R"([joints.pin]
-type = "slot"
-between = ["yoke", "crank"]
-at = [[0.0, 0.0], [0.05, 0.0]]
-axis = [0.0, 1.0]
-CLEARANCE[surfaces.steel]
-young = 2e11
-poisson = 0.3
-restitution = 0.6
-)" + test::motor("motor", "main", 20.0) +
-      test::run_for(0.1, "start = \"given\"\n");
-  const auto with = [&](const char* clearance) {
-    auto s = text;
-    return s.replace(s.find("CLEARANCE"), 9, clearance);
-  };
+  const auto ideal = read_scene(test::scene_file("scotch_yoke")),
+             loose = read_scene(
+                 test::scene_file("scotch_yoke"),
+                 {"joints.pin.clearance=1e-4", "joints.pin.pin_radius=8e-3", "joints.pin.surface=steel"});
   const double t = reference::pin_flight(r, w, phi, c, 0.04);
   const double approach = r * w * std::abs(std::sin(phi + w * t) - std::sin(phi));
   for (const auto& way : ways) {
-    auto scene = scene_by(with("clearance = 1e-4\npin_radius = 8e-3\nsurface = \"steel\"\n"), way);
+    auto scene = scene_by(loose, way);
     scene.run.duration = t + 3e-3;  // the whole contact, under a contact law
     const auto touch = test::touch(test::finished(scene, way.family), 0);
     const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
@@ -55,7 +39,7 @@ restitution = 0.6
       f.relative(name("impulse of 1st impact"), "N s", touch.impulse_n, 1.6 * 2.0 * -touch.v_n_minus,
                  stepped || chosen ? 1e-4 : 1e-9, "(1 + e) m u: the crank is driven",
                  stepped || chosen ? "force within the step of the impact" : "rounding");
-    scene = scene_by(with(""), way);
+    scene = scene_by(ideal, way);
     if (way.fixed()) scene.nonsmooth.step = 1e-5;
     const auto end = test::finished(scene, way.family).final_state;
     const double angle = phi + w * 0.1;
@@ -150,25 +134,9 @@ void bumps(Findings& f) {
   const double k = 2e4, m = 2.0, zeta = 0.3, w0 = std::sqrt(k / m), s = std::sqrt(1 - zeta * zeta), v = 1.5;
   const double lasts = std::atan2(2 * zeta * s, 2 * zeta * zeta - 1) / (s * w0),
                rebound = v * std::exp(-zeta * w0 * lasts);
-  const std::string text = test::body("block", 2.0, 2.0, "velocity = [1.5, 0.0]\nangular_velocity = 1.5\n") +
-                           fmt::format(R"([loads.buffer]
-type = "bump-stop"
-between = ["ground", "block"]
-upper = 0.02
-lower = -0.3
-stiffness = {}
-damping = {}
-[loads.catch]
-type = "torsional-bump-stop"
-between = ["ground", "block"]
-upper = 0.02
-stiffness = {}
-damping = {}
-)",
-                                       k, 2 * zeta * w0 * m, k, 2 * zeta * w0 * m) +
-                           test::run_for(0.1, "start = \"given\"\n");
+  const auto buffered = read_scene(test::scene_file("bump_stops"));
   for (const auto& way : ways) {
-    const auto run = test::finished(scene_by(text, way), way.family);
+    const auto run = test::finished(scene_by(buffered, way), way.family);
     const auto& end = run.final_state;
     const bool stepped = way.fixed(), chosen = way.scheme == Scheme::automatic;
     const double bound = stepped ? 1e-4 : chosen ? 1e-4 : 1e-7;

@@ -13,11 +13,12 @@ const Way ways[] = {test::penalty, test::event_driven, test::automatic, test::ch
                     test::fixed_steps(step, "Moreau–Jean, h = 1e-4 s")};
 
 /// Final state. Throws when the run does not finish.
-State end_of(const std::string& text, const Way& way) {
-  auto scene = test::scene_by(way, text);
+State end_of(Scene scene, const Way& way) {
+  way.choose(scene);
   scene.nonsmooth.step_tolerance = 1e-9;
   return test::finished(scene, way.family).final_state;
 }
+State end_of(const std::string& text, const Way& way) { return end_of(parse_scene(text, "spring"), way); }
 
 /// Bounds: for integrators with error control, for adaptive time steps, for fixed steps of 1e-4 s.
 struct Bounds {
@@ -158,19 +159,7 @@ free_angle = 0.1
   }
   // Two free bodies: the forces of the bushing on both act at one point, so that the angular
   // momentum is constant.
-  const std::string pair =
-      test::body("a", 1.0, 0.02, "position = [0.0, 0.0]\nvelocity = [0.3, -0.1]\nangular_velocity = 3.0\n") +
-      test::body("b", 2.0, 0.05, "position = [0.5, 0.03]\nvelocity = [0.1, 0.4]\nangular_velocity = -2.0\n") +
-      R"([loads.bushing]
-type = "bushing"
-between = ["a", "b"]
-at = [[0.2, 0.0], [-0.25, 0.01]]
-axis = [0.8, 0.6]
-stiffness = [300.0, 2000.0]
-damping = [1.0, 2.0]
-torsional_stiffness = 4.0
-torsional_damping = 0.01
-)" + test::run_for(2.0, "start = \"given\"\n");
+  const auto pair = read_scene(test::scene_file("bodies_on_bushing"));
   const auto momentum = [](const std::vector<double>& q, const std::vector<double>& v) {
     return (q[0] * v[1] - q[1] * v[0]) + 0.02 * v[2] + 2 * (q[3] * v[4] - q[4] * v[3]) + 0.05 * v[5];
   };
