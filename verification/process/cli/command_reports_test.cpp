@@ -88,7 +88,8 @@ TEST_CASE("a continuation that cannot start leaves no files", "[orbit]") {
   CHECK_FALSE(std::filesystem::exists(folder.path() / "out"));
 }
 
-TEST_CASE("two hundred random scenes are correct, doubtful or refused in every method", "[random-scenes][long]") {
+TEST_CASE("two hundred random scenes are correct, doubtful or refused in every method",
+          "[random-scenes][long]") {
   const test::TemporaryFolder folder;
   const auto place = folder.path().string();
   const auto o =
