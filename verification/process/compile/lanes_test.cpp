@@ -28,7 +28,7 @@ class LaneScenes {
   }
   /// A scene of the mechanism with parameters of its own.
   Scene scene() {
-    keys_ = {fmt::format("gravity=[0, {}]", heavy_ ? -9.81 : 0), "run.duration=0.05"};
+    keys_ = {fmt::format("gravity=[0, {}]", heavy_ ? -9.81 : 0)};
     set("nonsmooth.step", step_);
     set("surfaces.steel.restitution", between(0, 0.9));
     set("surfaces.steel.friction", rubs_ ? between(0.01, 0.4) : 0);
@@ -72,7 +72,8 @@ class LaneScenes {
     keys_.push_back("joints." + pin + ".surface=steel");
   }
   std::string chain() {
-    std::string text = "format = 2\n[surfaces.steel]\n[run]\nstart = \"ideal\"\n", before = "ground";
+    std::string text = "format = 2\n[surfaces.steel]\n[run]\nduration = 0.05\nstart = \"ideal\"\n",
+                before = "ground";
     for (int i = 0; i < bars_; ++i) {
       const auto name = fmt::format("bar{}", i);
       text += test::body(name, 1, 1,
