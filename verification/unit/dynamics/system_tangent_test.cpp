@@ -115,14 +115,12 @@ TEST_CASE("random scenes: traced derivatives in contact modes equal differences"
     const RowFacts facts{!redundant_rows(system, start.q).empty(), true};
     if (facts.redundant || system.n() == 0) continue;
     // The masses of a body and a point of a joint.
-    std::vector<std::string> names;
-    for (const auto& body : scene.mechanism.bodies) {
-      names = {"bodies." + body.name + ".mass", "bodies." + body.name + ".inertia"};
-      break;
-    }
-    for (const auto& facts_of : {system.contacts() > 0 ? system.contact_facts(0).name : std::string()})
+    const auto& body = scene.mechanism.bodies.front().name;
+    std::vector<std::string> names{"bodies." + body + ".mass", "bodies." + body + ".inertia"};
+    if (system.contacts() > 0)
       for (const char* key : {".clearance", ".radius", ".at[1][0]"})
-        for (const char* kind : {"joints.", "contacts."}) names.push_back(kind + facts_of + key);
+        for (const char* kind : {"joints.", "contacts."})
+          names.push_back(kind + system.contact_facts(0).name + key);
     names.emplace_back("gravity[1]");
     std::vector<std::vector<std::unique_ptr<System>>> displaced;
     std::vector<SystemTangent::Parameter> parameters;

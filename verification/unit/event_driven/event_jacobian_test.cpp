@@ -18,9 +18,9 @@ Scene scene_with(const std::string& film) {
           (film.empty()
                ? ""
                : "lubricant = \"oil\"\n[lubricants.oil]\nviscosity = 0.1\nhand_over = 0.05\n" + film) +
-          "[drives.motor]\njoint = \"pin\"\ntorque_table = [[0.0, 0.2], [1.0, 1.4]]\n" +
+          test::drive("motor", "pin", "torque_table = [[0.0, 0.2], [1.0, 1.4]]\n") +
           test::spring("spring", "a", "b", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2, "damping = 3\n") +
-          "[loads.rub]\ntype = \"joint-friction\"\njoint = \"slide\"\nforce = 5\n" + test::run_for(1),
+          test::joint_friction("rub", "slide", "force = 5\n") + test::run_for(1),
       "jacobian");
 }
 

@@ -18,11 +18,10 @@ Scene scene_with(const std::string& penalty, const std::string& lubricant) {
                          test::pin("loose", "ground", "b", {0.0, 0.1}, {0.2, 0.1},
                                    test::loose(0.3, 0.6, "steel") + "bearing_length = 0.2\n") +
                          (lubricant.empty() ? "" : "lubricant = \"oil\"\n") +
-                         "[drives.motor]\njoint = \"pin\"\ntorque_table = [[0.0, 0.2], [1.0, 1.4]]\n" +
+                         test::drive("motor", "pin", "torque_table = [[0.0, 0.2], [1.0, 1.4]]\n") +
                          test::spring("spring", "a", "b", {0.3, 0.1}, {0.2, -0.3}, 40, 0.2, "damping = 3\n") +
                          test::torsion("torsion", "ground", "b", 3, "damping = 0.4\nfree_angle = 0.1\n") +
-                         "[loads.rub]\ntype = \"joint-friction\"\njoint = \"slide\"\nforce = 5\n"
-                         "regularisation = 10.0\n" +
+                         test::joint_friction("rub", "slide", "force = 5\nregularisation = 10.0\n") +
                          test::run_for(1) + "[penalty]\n" + penalty,
                      "jacobian");
 }
