@@ -10,12 +10,12 @@
 //
 // Slip is "reversed" when s differs from sgn u_T⁻: the coupling D_NT then outweighs the friction.
 // u_T⁺ grows with P_T, so where D_NN > μ |D_NT| exactly one case is valid; elsewhere (Painlevé) the
-// law may have none or several, and this throws. Newton's law with coupling may add energy (Kane):
-// kinetic_energy_gain() returns the amount; it is permitted here.
+// law may have none or several, and this throws. Newton's law with coupling may add energy (Kane),
+// which is permitted here.
 // Sign convention: u_N the rate of the gap, negative before an impact; P_N pushes apart; P_T acts
 // along the direction in which u_T counts. Units: m/s, N s, 1/kg.
 // Source: Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988); Glocker,
-// Set-Valued Force Laws (2001). D of a rigid body by Newton–Euler.
+// Set-Valued Force Laws (2001).
 #pragma once
 
 #include <cmath>
@@ -63,19 +63,6 @@ ObliqueImpact<Real> oblique_impact(const Delassus<Real>& d, Real u_n, Real u_t, 
   }
   // at the limit between stick and slip, by rounding
   return with(ImpactCase::stick, stick_n, stick_t, 0);
-}
-
-/// Change of the kinetic energy (J) in the impact, ½ (u⁺ + u⁻)ᵀ P; negative when energy is lost.
-template <class Real>
-Real kinetic_energy_gain(const ObliqueImpact<Real>& impact, Real u_n, Real u_t) {
-  return ((impact.u_n + u_n) * impact.impulse_n + (impact.u_t + u_t) * impact.impulse_t) / 2;
-}
-
-/// D of a free rigid body (kg, kg m² about its centre of mass) against the ground. The contact
-/// point lies at (x, y) from the centre, the ground below: u_N its velocity along +y, u_T along +x.
-/// A disc of radius R has its contact point at (0, −R), so nt = 0.
-inline Delassus<double> body_on_ground(double mass, double inertia, double x, double y) {
-  return {1 / mass + x * x / inertia, -x * y / inertia, 1 / mass + y * y / inertia};
 }
 
 }  // namespace freeplay::reference

@@ -51,16 +51,6 @@ inline std::array<Point, 4> seven_body_points(const SevenAngles& x) {
           A + zt * turn(x[4]) + e * hang(x[3] + x[4]), A + u * hang(x[6]) + zf * turn(x[5] + x[6])};
 }
 
-/// Centres of mass of bodies 1 to 7; those of bodies with a fixed pivot are at an arbitrary angle
-/// about it.
-inline std::array<Point, 7> seven_body_centres(const SevenAngles& x) {
-  using namespace seven;
-  return {ra * turn(x[0]),        rr * turn(x[0]) - da * turn(x[0] + x[1]),
-          B + s * turn(x[2]),     A + zt * turn(x[4]) + (e - ea) * hang(x[3] + x[4]),
-          A + t_arm * turn(x[4]), A + u * hang(x[6]) + (zf - fa) * turn(x[5] + x[6]),
-          A + u_arm * turn(x[6])};
-}
-
 /// All rates for a crank rate of `crank` (rad/s): P has the same velocity along every chain.
 inline SevenAngles seven_body_rates(const SevenAngles& x, double crank) {
   using namespace seven;

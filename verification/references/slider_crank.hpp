@@ -48,12 +48,6 @@ SliderCrankMotion<Real> slider_crank(Real r, Real l, Real angle, Real speed) {
   return m;
 }
 
-/// Greatest magnitude of the slider's acceleration (m/s²), at top dead centre: r φ̇² (1 + r/l).
-/// Holds for r/l ≤ 0.8; with a shorter rod the quick turn near mid-stroke exceeds it.
-inline double slider_crank_greatest_acceleration(double r, double l, double speed) {
-  return r * speed * speed * (1 + r / l);
-}
-
 /// Crank speed in rad/s.
 template <class Real>
 Real from_rpm(Real rpm) {

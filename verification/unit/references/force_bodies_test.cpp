@@ -1,13 +1,11 @@
-// The references for forces on single bodies and for impulses, compared with second derivations
-// that share no equation with them: energy and momentum from positions that are written from the
-// geometry and differentiated numerically, quadrature, and statics by hand. Units are SI
-// throughout.
-#include <boost/math/quadrature/gauss.hpp>
+// The references for forces on single bodies and for a filtered impulse, compared with second
+// derivations that share no equation with them: energy and momentum from positions that are written
+// from the geometry and differentiated numerically, and the filter's differential equation. Units
+// are SI throughout.
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "verification/references/bearing_load.hpp"
-#include "verification/references/bouncing_ball.hpp"
 #include "verification/references/impulses.hpp"
 #include "verification/unit/references/force_derivations.hpp"
 
@@ -88,14 +86,6 @@ TEST_CASE("weld: load equals the rates of momentum and angular momentum of the w
     within(dot(load.force, richardson_vector(joint, 0, h)) + load.moment * at.speed, richardson(energy, 0, h),
            4 * twice * scale * pace, why);
   }
-  // A cantilever at rest, and a bar that rotates about one end and is cut in the middle: half of it
-  // at 3l/4.
-  const JointLoad<Long> still = weld_load<Long>({2, 0.1L, {0.3L, 0}, {0.5L, 0}}, {}, {0, -10});
-  within(still.force, {0, 20}, 1e-18L, "the weight");
-  within(still.moment, 10, 1e-18L, "the weight times its arm, holding it up counter-clockwise");
-  const JointLoad<Long> spun = weld_load<Long>({2, 0.1L, {0.5L, 0}, {0.25L, 0}}, {0, 4, 0}, {});
-  within(spun.force, {-2 * 0.75L * 16, 0}, 1e-18L, "m ω² 3l/4 inwards");
-  within(spun.moment, 0, 1e-18L, "in line");
 }
 
 TEST_CASE("guide: load equals the rates of momentum and angular momentum of the sliding body",
@@ -124,39 +114,6 @@ TEST_CASE("guide: load equals the rates of momentum and angular momentum of the 
         4 * twice * scale, why);
     if (trial % 2 == 0) within(load.drive, 0, 1e-17L * scale, "left to itself");
   }
-}
-
-TEST_CASE("dropped ball: the impulse equals the change of momentum between two instants of rest",
-          "[references][impulses]") {
-  for (const double e : {0.0, 0.46, 0.9, 1.0}) {
-    const double m = 0.3, h = 1.7, g = 9.81;
-    const BouncingBall ball{h, g, e};
-    const double p = drop_impulse(m, h, e, g);
-    const BallImpact first = ball_impact(ball, 1);
-    within(p, m * g * (first.t + first.rebound / g), 1e-14,
-           "the weight's impulse from release to the next top");
-    within(p, m * (first.approach + first.rebound), 1e-14, rounding);
-    if (e < 1) {
-      double sum = 0, drop = h;
-      for (int k = 0; k < 400; ++k, drop *= e * e) sum += drop_impulse(m, drop, e, g);
-      within(sum, m * g * ball_accumulation_time(ball), 1e-12, "0.9⁴⁰⁰ left out, four hundred roundings");
-    }
-  }
-}
-
-TEST_CASE("dropped ball: in a lasting contact the impulse includes that of the weight",
-          "[references][impulses]") {
-  // Linear spring: δ = (g/w²)(1 − cos w t) + (v/w) sin w t, free again at w T = 2 (π − atan(v
-  // w/g)).
-  const Long m = 0.3L, k = 2e3L, g = 9.81L, h = 0.2L, w = std::sqrt(k / m), v = std::sqrt(2 * g * h);
-  const Long duration = 2 * (std::acos(-1.0L) - std::atan(v * w / g)) / w;
-  const auto force = [&](Long t) {
-    return k * (g / (w * w) * (1 - std::cos(w * t)) + v / w * std::sin(w * t));
-  };
-  within(force(duration), 0, 1e-16L, "roundings in long double of 50 N");
-  const Long impulse = boost::math::quadrature::gauss<Long, 30>::integrate(force, 0.0L, duration);
-  within(impulse, drop_impulse(m, h, 1.0L, g) + m * g * duration, 1e-17L,
-         "Gauss of order 60 on half a wave is exact to rounding; a few dozen roundings");
 }
 
 TEST_CASE("low-pass filter of order 2: differential equation, start and peak of the impulse response",

@@ -94,31 +94,6 @@ TEST_CASE("delivered restitution: limits, inverse, conditioning", "[references]"
   CHECK_THROWS(delivered_restitution(-0.1L));
 }
 
-TEST_CASE("oblique impact: a rod, slip reversal", "[references]") {
-  // A rod of length 2a at 45°, with its lower end in contact: D = [1 + 3/2, ∓3/2; …, 1 + 3/2]/m for
-  // J = m a²/3.
-  const double m = 1.2, a = 0.3, inertia = m * a * a / 3, x = a / std::sqrt(2), y = -x;
-  const Delassus<double> d = body_on_ground(m, inertia, x, y);
-  within(d.nn * m, 2.5, 1e-14, "1 + m x²/J");
-  within(d.nt * m, 1.5, 1e-14, "−m x y/J");
-  // Without friction the impact gives the end a velocity of D_NT P_N = 0.6 (1 + e) |u_N|, here 0.9
-  // m/s along +x.
-  const auto free = oblique_impact(d, -1.0, -0.5, 0.5, 0.0);
-  within(free.u_t, -0.5 + 0.9, 1e-14, "frictionless");
-  const auto p = oblique_impact(d, -1.0, -0.5, 0.5, 0.1);
-  CHECK(p.kind == ImpactCase::reversed_slip);
-  within(p.impulse_n, 1.5 * m / (2.5 - 0.15), 1e-14, "(1 + e) |u_N|/(D_NN − μ D_NT)");
-  within(p.u_t, -0.5 + (1.5 - 0.25) / m * p.impulse_n, 1e-14, "u_T + (D_NT − μ D_TT) P_N");
-  CHECK(oblique_impact(d, -1.0, -0.5, 0.5, 0.4).kind == ImpactCase::stick);
-  CHECK(oblique_impact(d, -1.0, -5.0, 0.5, 0.1).kind == ImpactCase::slip);
-  // the rod's own motion
-  const double vx = p.impulse_t / m, vy = p.impulse_n / m;
-  const double spin = (x * p.impulse_n - y * p.impulse_t) / inertia;
-  within(vy + spin * x, p.u_n + 1.0, 1e-13, "normal velocity of the end from the body's own");
-  within(vx - spin * y, p.u_t + 0.5, 1e-13, "tangential velocity of the end from the body's own");
-  CHECK_THROWS(oblique_impact(Delassus<double>{1, 3, 20}, -1.0, 0.0, 0.5, 0.5));
-}
-
 TEST_CASE("oblique impact: the law on random contacts, and its limits", "[references]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -155,6 +130,6 @@ TEST_CASE("oblique impact: the law on random contacts, and its limits", "[refere
          "μ → 0");
   CHECK(oblique_impact(d, -1.0, 0.7, 0.5, 3.0).kind == ImpactCase::stick);
   CHECK(oblique_impact(d, -1.0, 0.7, 0.0, 0.1).u_n == 0);
-  within(kinetic_energy_gain(oblique_impact(d, -1.0, 0.7, 1.0, 0.0), -1.0, 0.7), 0, 1e-15,
-         "e = 1 without friction loses nothing");
+  CHECK(oblique_impact(d, 0.1, 1.0, 0.5, 0.3).kind == ImpactCase::none);
+  CHECK_THROWS(oblique_impact(Delassus<double>{1, 3, 20}, -1.0, 0.0, 0.5, 0.5));
 }

@@ -180,29 +180,7 @@ TEST_CASE("oracle: the first impulse balances the momenta of rod and slider", "[
   }
 }
 
-TEST_CASE("oracle: the impact law holds at every impact up to the accumulation point", "[references]") {
-  for (const Long friction : {0.0L, 0.01L, 0.5L}) {
-    const OracleRun<Long> run = nonsmooth_run(friction, 0.46L);
-    CHECK(run.end == OracleEnd::lasting_contact);
-    REQUIRE(run.impacts.size() > 14);
-    for (const OracleImpact<Long>& i : run.impacts) {
-      CHECK(i.v_n_minus < 0);
-      within(i.v_n_plus / -i.v_n_minus, 0.46L, 1e-18L, "Newton's restitution as given");
-      CHECK(std::abs(i.impulse_t) <= friction * i.impulse_n * (1 + 1e-15L));
-      CHECK(i.impulse_t * i.v_t_plus <= 0);
-      CHECK(std::abs(i.v_t_plus) * (friction * i.impulse_n - std::abs(i.impulse_t)) < 1e-18L);
-    }
-    for (std::size_t k = 8; k < 13; ++k) {
-      const Long ratio =
-          (run.impacts[k + 1].t - run.impacts[k].t) / (run.impacts[k].t - run.impacts[k - 1].t);
-      within(
-          ratio, 0.46L, 0.002L,
-          "hops under constant acceleration; it changes by (25/s) 4e-5 s = 0.1 % over the longest of these");
-    }
-  }
-}
-
-TEST_CASE("oracle: plastic, fully elastic and very soft contacts", "[references]") {
+TEST_CASE("oracle: plastic and fully elastic contacts", "[references]") {
   const OracleRun<Long> plastic = nonsmooth_run(0, 0);
   CHECK(plastic.end == OracleEnd::lasting_contact);
   REQUIRE(plastic.impacts.size() == 1);
@@ -211,15 +189,4 @@ TEST_CASE("oracle: plastic, fully elastic and very soft contacts", "[references]
   CHECK(elastic.end == OracleEnd::end_time);
   CHECK(elastic.t == 0.05L);
   for (const OracleImpact<Long>& i : elastic.impacts) CHECK(i.v_n_plus == -i.v_n_minus);
-  // Too soft to separate within a revolution: no impact, only the contact onset of the flight that
-  // begins the motion for every law.
-  LooseSliderCrank<Long> m;
-  PenaltyContact<Long> soft;
-  soft.stiffness = 1e5L;
-  const OracleRun<Long> sunk = SliderCrankOracle<Long>(m).penalty(soft, 0.02L);
-  CHECK(sunk.impacts.empty());
-  REQUIRE(sunk.open);
-  CHECK(sunk.open->t == plastic.impacts[0].t);
-  CHECK(sunk.open->v_n_minus == plastic.impacts[0].v_n_minus);
-  CHECK(sunk.open->duration > 0);
 }

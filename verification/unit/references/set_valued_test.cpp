@@ -103,21 +103,6 @@ TEST_CASE("Painlevé's rod: event-driven integration stops with the reason, time
   CHECK_NOTHROW(test::finished(mild, Family::nonsmooth));
 }
 
-TEST_CASE("a block on two feet sticks, then both feet start to slip at the same event",
-          "[analytic][event-driven]") {
-  // Spring force k v t against μ m g: slip from t₀ = μ m g/(k v); then x = v τ − (v/ω) sin ωτ,
-  // ω² = k/m.
-  const double k = 20, v = 0.5, mu = 0.3, t0 = mu * 9.81 / (k * v), omega = std::sqrt(k), tau = 1 - t0;
-  const double exact = v * tau - v / omega * std::sin(omega * tau);
-  for (const auto scheme : {Scheme::event_driven, Scheme::moreau_jean}) {
-    CAPTURE(static_cast<int>(scheme));
-    const auto run = test::finished(scene_of("dragged_block", scheme), Family::nonsmooth);
-    // The cart of 10⁶ kg is displaced by 1e-6 of the block's own motion.
-    CHECK(run.final_state.q[0] == Approx(exact).margin(2e-6).epsilon(0));
-    CHECK(run.final_state.q[1] == Approx(0.05).margin(1e-12));
-  }
-}
-
 TEST_CASE("contacts of the corners of a fast spinning rod are not missed", "[analytic][event-driven]") {
   // The lower tip is at 0.55 − 0.2 t − 0.5 |sin 100 t|: its first root, bracketed by steps of a
   // microsecond.
