@@ -14,6 +14,7 @@
 #include "facade/simulation.hpp"
 #include "mechanism/scene.hpp"
 #include "verification/support/support.hpp"
+#include "verification/support/ways.hpp"
 
 namespace freeplay::test {
 
@@ -106,6 +107,36 @@ inline void check_same_run(const Result& a, const Result& b) {
                                                               q.v_t_minus, q.v_t_plus, q.impulse_n,
                                                               q.impulse_t, q.duration});
   }
+}
+
+/// Runs cases/NAME.toml for a duration (s). Compiled functions refuse at most a share of the
+/// evaluations of the motion, of fixed steps: of the steps.
+inline void check_compiled(const std::string& name, double duration, const Way& way, double refused,
+                           const std::vector<std::string>& keys = {}) {
+  CAPTURE(name, way.name, keys);
+  auto options = keys;
+  options.insert(options.end(), way.options.begin(), way.options.end());
+  auto scene = read_short(source_folder() / "cases" / (name + ".toml"), duration, options);
+  way.choose(scene);
+  const auto formulation = name_of(way.family);
+  const auto found = run_as(scene, formulation, Compile::always);
+  CHECK(found.compiled.used);
+  CHECK(found.compiled.reason.empty());
+  CHECK(found.compiled.general_parts.empty());
+  CHECK(static_cast<double>(found.compiled.refused) <=
+        refused * static_cast<double>(way.fixed() ? found.work.steps : found.work.rhs));
+  check_same_run(found, run_as(scene, formulation, Compile::never));
+
+  Simulation compiled(scene, formulation, {.compile = Compile::always}),
+      general(scene, formulation, {.compile = Compile::never}),
+      whole(scene, formulation, {.compile = Compile::never});
+  compiled.run({.until = 0.5 * duration});
+  general.restore(compiled.snapshot());
+  general.run();
+  whole.run({.until = 0.5 * duration});
+  whole.run();
+  CHECK(general.state().q == whole.state().q);
+  CHECK(general.state().v == whole.state().v);
 }
 
 }  // namespace freeplay::test

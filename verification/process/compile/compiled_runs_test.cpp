@@ -6,39 +6,9 @@
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using test::Way, test::penalty, test::penalty_by, test::event_driven, test::fixed_steps;
+using test::penalty, test::penalty_by, test::event_driven, test::fixed_steps, test::check_compiled;
 
 namespace {
-
-/// Runs cases/NAME.toml for a duration (s). Compiled functions refuse at most a share of the
-/// evaluations of the motion, of fixed steps: of the steps.
-void check_compiled(const std::string& name, double duration, const Way& way, double refused,
-                    const std::vector<std::string>& keys = {}) {
-  CAPTURE(name, way.name, keys);
-  auto options = keys;
-  options.insert(options.end(), way.options.begin(), way.options.end());
-  auto scene = test::read_short(test::source_folder() / "cases" / (name + ".toml"), duration, options);
-  way.choose(scene);
-  const auto formulation = test::name_of(way.family);
-  const auto found = test::run_as(scene, formulation, Compile::always);
-  CHECK(found.compiled.used);
-  CHECK(found.compiled.reason.empty());
-  CHECK(found.compiled.general_parts.empty());
-  CHECK(static_cast<double>(found.compiled.refused) <=
-        refused * static_cast<double>(way.fixed() ? found.work.steps : found.work.rhs));
-  test::check_same_run(found, test::run_as(scene, formulation, Compile::never));
-
-  Simulation compiled(scene, formulation, {.compile = Compile::always}),
-      general(scene, formulation, {.compile = Compile::never}),
-      whole(scene, formulation, {.compile = Compile::never});
-  compiled.run({.until = 0.5 * duration});
-  general.restore(compiled.snapshot());
-  general.run();
-  whole.run({.until = 0.5 * duration});
-  whole.run();
-  CHECK(general.state().q == whole.state().q);
-  CHECK(general.state().v == whole.state().v);
-}
 
 /// The second joint of the four-bar with clearance, too.
 const std::vector<std::string> two_clearances{"joints.B.clearance=0.2 mm", "joints.B.bearing_radius=10 mm",
@@ -63,20 +33,6 @@ TEST_CASE("compiled runs of fixed steps: impacts, clearances, sticking, dampers,
                            "flores2011-experiment/guide"})
     check_compiled(name, 0.2, fixed_steps(2e-5), 0.01);
   check_compiled("four-bar/scene", 0.2, fixed_steps(2e-5), 0.01, two_clearances);
-}
-
-TEST_CASE("compiled runs with tables, stops, teeth and cams", "[compiled]") {
-  const test::CompilerCache cache;
-  for (const auto& [name, duration] : {std::pair{"gear-rattle/scene", 0.05},
-                                       {"published/exudyn-contact-coordinate/scene", 0.3},
-                                       {"published/backlash-joint-driven/scene", 0.3},
-                                       {"published/car-axis/scene", 0.2},
-                                       {"motor-startup/scene", 0.1},
-                                       {"positioning-axis/scene", 0.1},
-                                       {"ball-on-table/scene", 0.2}})
-    // Interpolated states of event location may be refused.
-    for (const auto& way : {penalty, event_driven, fixed_steps(1e-4)})
-      check_compiled(name, duration, way, 0.5);
 }
 
 TEST_CASE("compiled runs from concentric journals, which have no row, to their first impacts", "[compiled]") {
