@@ -277,12 +277,12 @@ TEST_CASE("friction in the guide does not make a lasting contact chatter", "[fri
   scene = parse_scene(scene.text +
                           "\n[loads.rub]\ntype = \"joint-friction\"\njoint = \"guide\"\nforce = 15.0\n"
                           "regularisation = 1e-3\n",
-                      "guide", {"run.revolutions=102", "run.discard=2", "penalty.contact=exact"});
+                      "guide", {"run.revolutions=52", "run.discard=2", "penalty.contact=exact"});
   scene.instruments.clear();
   const auto nonsmooth = test::simulate(scene, Family::nonsmooth),
              penalty = test::simulate(scene, Family::penalty);
-  CHECK(nonsmooth.contacts[0].impacts < 10000);
-  // Shares of flight over a hundred revolutions (over ten, rounding alone changes them by 0.03):
+  CHECK(nonsmooth.contacts[0].impacts < 5000);
+  // Shares of flight over fifty revolutions (over ten, rounding alone changes them by 0.03):
   // within half a flight of the measured kind (20° of crank angle) per revolution.
   CHECK(nonsmooth.contacts[0].flight_fraction ==
         Approx(penalty.contacts[0].flight_fraction).margin(0.5 * 20 / 360));

@@ -20,9 +20,9 @@ Scene dropped(double restitution, double duration, const std::vector<std::string
                      "s.toml", options);
 }
 
-std::string short_box(Draw& r) { return disc_in_box(r, {0.5, 0.95}) + test::run_for(10); }
+std::string short_box(Draw& r) { return disc_in_box(r, {0.5, 0.95}) + test::run_for(4); }
 
-std::string short_masses(Draw& r) { return masses_with_stop(r, {0.5, 0.9}, {0.2, 2}) + test::run_for(12); }
+std::string short_masses(Draw& r) { return masses_with_stop(r, {0.5, 0.9}, {0.2, 2}) + test::run_for(5); }
 
 /// A double pendulum on the pin of a turning crank, with a stop: curved constraints and a driven
 /// coordinate.
@@ -42,7 +42,7 @@ std::string pendulum_with_stop(Draw& r) {
          test::pin("pivot", "crank", "bar", {arm, 0}, {0, length}) +
          test::pin("knee", "bar", "tip", {0, -length}, {0, length}) + first + second +
          wall("stop", "ground", "tip", 0, {stop, 0}, {0, -1}) + test::motor("motor", "main", speed) +
-         test::surface("s", r.between(0.6, 0.9)) + test::run_for(6) + event_driven;
+         test::surface("s", r.between(0.6, 0.9)) + test::run_for(3) + event_driven;
 }
 
 /// Two balls that collide under gravity on a shaken table: impacts of two free bodies.
@@ -55,7 +55,7 @@ std::string column_of_balls(Draw& r) {
          test::guide("guide", "ground", "table", {0, 1}) + test::guide("rail", "ground", "lower", {0, 1}) +
          test::guide("mast", "ground", "upper", {0, 1}) + test::plane("table", "table", "lower", 0.05) +
          test::discs("pair", "lower", "upper", 0.05, 0.04) + test::surface("s", r.between(0.85, 0.97)) +
-         shaker("guide", amplitude, period) + test::run_for(5) + event_driven;
+         shaker("guide", amplitude, period) + test::run_for(2.5) + event_driven;
 }
 
 /// A spinning disc in a box with friction and tangential restitution: impacts that couple the normal
@@ -74,7 +74,7 @@ std::string spinning_disc(Draw& r) {
          wall("low", "box", "disc", 0.05, {0, -0.13}, {1, 0}) +
          wall("high", "box", "disc", 0.05, {0, 0.1}, {-1, 0}) +
          test::surface("s", e, friction, fmt::format("tangential_restitution = {}\n", tangential)) +
-         shaker("guide", amplitude, period) + test::run_for(8) + event_driven;
+         shaker("guide", amplitude, period) + test::run_for(3.5) + event_driven;
 }
 
 struct SceneKind {

@@ -149,13 +149,13 @@ TEST_CASE("derivatives of random stepped scenes are of first order", "[sensitivi
   for (int i = 0; i < 8; ++i) {
     Draw r(20261126, i);
     const auto c = random_case(i, r);
-    const auto found = converge(c, parse_scene(c.text, "random").run.duration / 200, 4);
+    const auto found = converge(c, parse_scene(c.text, "random").run.duration / 200, 3);
     CAPTURE(i, found.errors);
     compared += found.compared;
     if (found.compared == 0) continue;
     ++scenes;
     // A derivative with an error that does not vanish would keep the error of its scene. Steps
-    // shrink to an eighth; four runs of each leave a factor of two.
+    // shrink to an eighth; three runs of each leave a factor of two.
     CHECK(found.errors.back() < 0.5 * found.errors.front());
     for (std::size_t k = 0; k < means.size(); ++k) means[k] *= found.errors[k];
   }
