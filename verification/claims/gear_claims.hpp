@@ -38,7 +38,7 @@ Scene scene_by(const std::string& text, const Way& way);
 /// Adds the claims on impulse, approach speed and time of each impact of a run against a closed
 /// form.
 void impacts(Findings& f, const char* subject, const Way& way, const std::string& scheme, const Result& run,
-             const std::vector<reference::Blow>& exact, double e);
+             const std::vector<reference::BounceImpact>& exact, double e);
 /// Forces at the end of the third step, by name.
 ElementForce force_of(const Scene& scene, Family family, const std::string& name);
 

@@ -28,7 +28,7 @@ std::string scheme_of(const Way& way, const char* step) {
 }
 
 void impacts(Findings& f, const char* subject, const Way& way, const std::string& scheme, const Result& run,
-             const std::vector<reference::Blow>& exact, double e) {
+             const std::vector<reference::BounceImpact>& exact, double e) {
   const auto found = test::touches(run);
   double off = found.size() == exact.size() ? 0 : NAN, late = 0, reported = 0;
   for (std::size_t k = 0; k < found.size() && k < exact.size(); ++k) {

@@ -20,13 +20,14 @@
 
 namespace freeplay::reference {
 
-struct Blow {
+struct BounceImpact {
   double t, approach, impulse;
 };
 
 /// Impacts between two walls: the first at a distance `near`, then `width` apart.
-inline std::vector<Blow> bounces(double near, double width, double speed, double e, double mass, int count) {
-  std::vector<Blow> list;
+inline std::vector<BounceImpact> bounces(double near, double width, double speed, double e, double mass,
+                                         int count) {
+  std::vector<BounceImpact> list;
   double t = near / speed;
   for (int k = 0; k < count; ++k) {
     list.push_back({t, speed, (1 + e) * mass * speed});
