@@ -127,6 +127,10 @@ class Draft {
 
   /// @name Ends of a scene
   ///@{
+  /// The speed of its contacts (m/s), a short free flight and its duration (s).
+  void ends(double contact_speed, double free_flight, double lasts) {
+    speed = contact_speed, flight = free_flight, duration = lasts;
+  }
   /// For checks that need no reference: [run], steps, and speeds that friction is regularised by.
   void run(Draw& draw);
   /// For scenes with a reference for every row: [run], and steps from the recorded times.

@@ -119,9 +119,7 @@ void cams(Draw& draw, Draft& out) {
            toml("between = ['ground', 'follower']\nat = [{}, [0, 0]]\nstiffness = {}\nfree_length = {}\n",
                 (height + 3 * R) * up + dot(perp(up), follower.at) * perp(up), rate,
                 3 * R + lift * draw.between(0, 6)));
-  out.speed = s.speed;
-  out.flight = 0.2 * lift / s.speed;
-  out.duration = draw.between(5, 30) / std::abs(omega);
+  out.ends(s.speed, 0.2 * lift / s.speed, draw.between(5, 30) / std::abs(omega));
   out.surface(draw, follower.mass, s.speed, R, lift * draw.decades(-3, -2));
 }
 

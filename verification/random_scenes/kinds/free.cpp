@@ -109,18 +109,14 @@ void thrown(Draw& draw, Draft& out) {
     out.wall("ground", b.name, draw.between(1.5, 4) * reach * along, {-std::sin(lean), std::cos(lean)}, R,
              centre);
   }
-  out.speed = s.speed;
-  out.flight = std::min(away, 4 * reach) / s.speed;
-  out.duration = draw.between(2, 4) * away / s.speed;
+  out.ends(s.speed, std::min(away, 4 * reach) / s.speed, draw.between(2, 4) * away / s.speed);
   out.surface(draw, b.mass, s.speed, std::min(R, peg), std::min(R, peg) * draw.decades(-4.5, -2.5));
 }
 
 void cluster(Draw& draw, Draft& out) {
   const auto s = sizes(draw);
   crowd(draw, out, s, draw.whole(3, 7), {0, 0}, {0.6 * s.length, 0.6 * s.length}, s.speed);
-  out.speed = s.speed;
-  out.flight = 0.2 * s.time();
-  out.duration = draw.between(2, 5) * s.time();
+  out.ends(s.speed, 0.2 * s.time(), draw.between(2, 5) * s.time());
   out.surface(draw, s.mass, s.speed, 0.05 * s.length, 0.05 * s.length * draw.decades(-4, -2.5));
 }
 
@@ -138,9 +134,7 @@ void box(Draw& draw, Draft& out) {
                                    c.bodies[0].name, c.bodies[1].name, rate,
                                    draw.chance(0.5) ? lightest / s.time() * draw() : 0, 0.3 * s.length));
   }
-  out.speed = s.speed;
-  out.flight = 0.3 * s.time();
-  out.duration = draw.between(2, 6) * s.time();
+  out.ends(s.speed, 0.3 * s.time(), draw.between(2, 6) * s.time());
   out.surface(draw, s.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-4, -2.5));
 }
 
@@ -152,9 +146,7 @@ void pile(Draw& draw, Draft& out) {
   const auto c = crowd(draw, out, s, draw.whole(3, 6), low, high, 0.1 * s.speed);
   walls(out, c, low, high, false);
   out.gravity({0, -g});
-  out.speed = s.speed;
-  out.flight = 0.2 * s.time();
-  out.duration = draw.between(1.5, 3) * s.time();
+  out.ends(s.speed, 0.2 * s.time(), draw.between(1.5, 3) * s.time());
   out.surface(draw, s.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-2.5, -1.8));
 }
 
@@ -182,9 +174,7 @@ void sliding(Draw& draw, Draft& out) {
   }
   const double stop = s.length * draw.between(1.5, 5);  // a wall in its way
   if (draw.chance(0.7) && feet == 1) out.wall("ground", b.name, stop * axis, normal, s.length);
-  out.speed = s.speed;
-  out.flight = 0.3 * s.time();
-  out.duration = draw.between(2, 6) * s.time();
+  out.ends(s.speed, 0.3 * s.time(), draw.between(2, 6) * s.time());
   out.surface(draw, b.mass, s.speed, 0.1 * s.length, 0.1 * s.length * draw.decades(-3.3, -2));
 }
 
@@ -218,9 +208,7 @@ void springs(Draw& draw, Draft& out) {
   }
   out.wall("ground", bodies[0].name, {pitch * draw.between(0.3, 0.75), 0}, {0, -1}, R);
   out.wall("ground", bodies.back().name, {pitch * (count + draw.between(0.25, 0.7)), 0}, {0, 1}, R);
-  out.speed = s.speed;
-  out.flight = 0.2 * s.time();
-  out.duration = draw.between(3, 12) * s.time();
+  out.ends(s.speed, 0.2 * s.time(), draw.between(3, 12) * s.time());
   out.surface(draw, s.mass, s.speed, R, R * draw.decades(-3.3, -2));
 }
 

@@ -101,9 +101,7 @@ void chain(Draw& draw, Draft& out) {
                   bars.back().body.inertia * std::pow(draw.between(0.2, 3) * s.speed / s.length, 2),
                   draw.chance(0.5) ? bars.back().body.inertia * s.speed / s.length * draw() : 0));
   const double pace = std::max({slip, std::sqrt(g * c), 0.1 * s.speed * std::sqrt(c / s.length)});
-  out.speed = pace;
-  out.flight = c / pace;
-  out.duration = std::min(draw.between(5, 40) * out.flight, 3 * s.time());
+  out.ends(pace, c / pace, std::min(draw.between(5, 40) * (c / pace), 3 * s.time()));
   out.surface(draw, s.mass, pace, conformal(c, bearing), c * draw.decades(-2.7, -1.5));
 }
 
@@ -209,9 +207,7 @@ void guide(Draw& draw, Draft& out) {
              toml("between = ['ground', 'slider']\nat = [{}, [0.0, 0.0]]\nstiffness = {}\nfree_length = {}\n",
                   2 * s.length * axis + 0.5 * s.length * perp(axis),
                   s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2), s.length));
-  out.speed = rattle;
-  out.flight = play / rattle;
-  out.duration = std::min(draw.between(5, 40) * out.flight, 5 * s.time());
+  out.ends(rattle, play / rattle, std::min(draw.between(5, 40) * (play / rattle), 5 * s.time()));
   out.surface(draw, s.mass, rattle, 0.05 * length, play * draw.decades(-2.7, -1.5));
 }
 
@@ -251,9 +247,7 @@ void bump(Draw& draw, Draft& out) {
   }
   // A prescribed motion against a fixed body, or in a locked mechanism, has no solution.
   if (against == 1 && draw.chance(0.5)) out.drive(shaft, toml("speed = {}\n", omega));
-  out.speed = s.speed;
-  out.flight = 1 / std::abs(omega);
-  out.duration = draw.between(3, 30) / std::abs(omega);
+  out.ends(s.speed, 1 / std::abs(omega), draw.between(3, 30) / std::abs(omega));
   out.surface(draw, s.mass, s.speed, std::min(R, target_R), std::min(R, target_R) * draw.decades(-4, -2.5));
 }
 
@@ -356,9 +350,7 @@ void film(Draw& draw, Draft& out) {
   out.body(rotor);
   out.joint("revolute", "ground", "rotor", {0, 0}, {0, 0},
             play(c, R, toml("bearing_length = {}\nlubricant = 'oil'\n", width)));
-  out.speed = c * std::abs(omega);
-  out.flight = 1 / std::abs(omega);
-  out.duration = draw.between(3, 30) / std::abs(omega);
+  out.ends(c * std::abs(omega), 1 / std::abs(omega), draw.between(3, 30) / std::abs(omega));
   out.surface(draw, s.mass, out.speed, conformal(c, R), c * draw.decades(-2.7, -1.5));
 }
 
@@ -383,9 +375,7 @@ void preloaded(Draw& draw, Draft& out) {
                   s.mass * std::pow(draw.between(0.5, 4) / s.time(), 2), 2 * s.length));
   out.wall("ground", "slider", (stop + R) * axis, perp(axis), R);
   out.wall("ground", "slider", -(draw.between(0.3, 3) * s.length + R) * axis, -perp(axis), R);
-  out.speed = s.speed;
-  out.flight = 0.3 * s.time();
-  out.duration = draw.between(3, 15) * s.time();
+  out.ends(s.speed, 0.3 * s.time(), draw.between(3, 15) * s.time());
   out.surface(draw, s.mass, s.speed, R, R * draw.decades(-3.3, -2));
 }
 

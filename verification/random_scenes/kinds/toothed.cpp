@@ -57,9 +57,7 @@ void toothed(Draw& draw, Draft& out) {
     out.load("torsional-spring-damper", toml("between = ['ground', 'one']\nstiffness = {}\nfree_angle = {}\n",
                                              push * r1 * r1 / play * 0.1, one.angle));
   if (draw.chance(0.2)) out.drive(shaft, toml("speed = {}\n", w1));
-  out.speed = pace;
-  out.flight = play / pace;
-  out.duration = draw.between(5, 40) * out.flight;
+  out.ends(pace, play / pace, draw.between(5, 40) * (play / pace));
   const double R = std::sin(alpha) * (rack ? r1 : r1 * r2 / (inner ? r1 - r2 : r1 + r2));
   out.surface(draw, std::min(s.mass, two.mass), pace, clearance_joint ? std::min(R, 0.04 * r2 * r2 / c) : R,
               (clearance_joint ? c : 0.5 * play) * draw.decades(-2.7, -1.5), true);
