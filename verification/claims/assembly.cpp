@@ -42,49 +42,31 @@ void poses(Findings& f) {
 /// With ideal joints the pose is a function of the crank angle alone, so that the error of a scheme
 /// is its drift.
 void driven_turn(Findings& f) {
-  struct How {
-    const char* name;
-    Family family;
-    std::vector<std::string> set;
+  const struct {
+    test::Way way;
     double bound;
     const char* reason;
-  };
-  const How hows[] = {
-      {"penalty",
-       Family::penalty,
-       {"penalty.alpha=50", "penalty.beta=50"},
+  } hows[] = {
+      {{"penalty", Family::penalty, {}, 0, {"penalty.alpha=50", "penalty.beta=50"}},
        1e-6,
        "tolerance 1e-9 per step, drift during 0.4 s bounded by Baumgarte stabilisation at 50 1/s"},
-      {"Moreau–Jean, h = 1e-4 s",
-       Family::nonsmooth,
-       {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=1e-4"},
-       1e-9,
-       "positions are projected at each step"},
-      {"event-driven",
-       Family::nonsmooth,
-       {"nonsmooth.scheme=event-driven"},
-       1e-8,
-       "tolerance 1e-10 per step, positions are projected"},
-      {"automatic",
-       Family::nonsmooth,
-       {"nonsmooth.scheme=automatic"},
-       1e-8,
-       "tolerance 1e-10 per step, positions are projected"}};
-  for (const auto& how : hows)
+      {test::fixed_steps(1e-4, "Moreau–Jean, h = 1e-4 s"), 1e-9, "positions are projected at each step"},
+      {test::event_driven, 1e-8, "tolerance 1e-10 per step, positions are projected"},
+      {test::automatic, 1e-8, "tolerance 1e-10 per step, positions are projected"}};
+  for (const auto& [way, bound, reason] : hows)
     for (const bool open : {true, false}) {
-      auto scene = read_scene(test::source_folder() / "cases/four-bar/scene.toml", [&] {
-        auto set = how.set;
-        set.push_back(fmt::format("assembly.branch={}", open ? "open" : "crossed"));
-        set.push_back("run.revolutions=1.2");
-        return set;
-      }());
+      auto set = way.options;
+      set.push_back(fmt::format("assembly.branch={}", open ? "open" : "crossed"));
+      set.push_back("run.revolutions=1.2");
+      auto scene = read_scene(test::source_folder() / "cases/four-bar/scene.toml", set);
+      way.choose(scene);
       scene.mechanism = idealised(scene.mechanism);
-      const auto end = test::simulate(scene, how.family).final_state;
+      const auto end = test::simulate(scene, way.family).final_state;
       const auto exact = reference::four_bar_pose(d, a, b, c, M_PI / 2 + 1.2 * 2 * M_PI, open);
       f.within(claim_name(open ? "four-bar assembled open" : "four-bar assembled crossed",
-                          "rocker angle after 1.2 turns of the crank", how.name),
+                          "rocker angle after 1.2 turns of the crank", way.name),
                "rad", std::remainder(planar::angle(end.q.data(), 2), 2 * M_PI),
-               std::remainder(exact.rocker, 2 * M_PI), how.bound, "Freudenstein's equation", how.reason);
+               std::remainder(exact.rocker, 2 * M_PI), bound, "Freudenstein's equation", reason);
     }
 }
 

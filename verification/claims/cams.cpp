@@ -59,9 +59,7 @@ Off off(const Scene& scene, const Way& way, double speed, Force force, Torque to
   Forces now{std::vector<ElementForce>(layout.forces.size()), std::vector<double>(6)};
   double most_force = 0, most_torque = 0;
   Off sum;
-  test::Listener listener;
-  listener.want.forces = true;
-  listener.on_step = [&](const Step& s) {
+  const auto result = test::watch_steps(simulation, [&](const Step& s) {
     // The contact starts without compression, so that it oscillates on its stiffness first; the
     // last step may be short.
     if (way.penalty() && speed * s.t0 < 0.5 * M_PI) return;
@@ -72,8 +70,7 @@ Off off(const Scene& scene, const Way& way, double speed, Force force, Torque to
     most_torque = greatest(most_torque, std::abs(torque(phi)));
     sum.force = greatest(sum.force, std::abs(now.elements[lobe].fn - force(phi)));
     sum.torque = greatest(sum.torque, std::abs(now.elements[motor].m - torque(phi)));
-  };
-  const auto result = test::finished(simulation, {&listener});
+  });
   return {sum.force / most_force, sum.torque / most_torque};
 }
 
@@ -84,12 +81,10 @@ double height(const Scene& scene, const reference::EccentricCam& c, double speed
   Simulation simulation(scene, "nonsmooth");
   std::vector<double> q(6), v(6);
   double most = 0;
-  test::Listener listener;
-  listener.on_step = [&](const Step& s) {
+  test::watch_steps(simulation, [&](const Step& s) {
     s.state(s.t1, q, v);
     most = greatest(most, q[4] - c.radius - c.lift(speed * s.t1));
-  };
-  const auto result = test::finished(simulation, {&listener});
+  });
   return most;
 }
 

@@ -22,9 +22,9 @@ struct Outcome {
 
 class Watch final : public Observer {
  public:
-  using Off = double (*)(double t, const std::vector<double>& q, const std::vector<double>& v,
-                         const Forces& f);
-  Watch(Off off, bool stepping) : off_(off), stepping_(stepping) {}
+  using Off = std::function<double(double t, const std::vector<double>& q, const std::vector<double>& v,
+                                   const Forces& f)>;
+  Watch(Off off, bool stepping) : off_(std::move(off)), stepping_(stepping) {}
   Wants wants() const override { return {.forces = true}; }
   void begin(const Layout& layout, const State& state) override {
     q_ = state.q;
@@ -49,7 +49,7 @@ class Watch final : public Observer {
   Forces forces_;
 };
 
-Outcome run(Scene scene, const Way& way, Watch::Off off = nullptr) {
+Outcome run(Scene scene, const Way& way, const Watch::Off& off = nullptr) {
   way.choose(scene);
   scene.penalty.tolerance = 1e-10;
   Simulation simulation(scene, test::name_of(way.family));
@@ -59,7 +59,7 @@ Outcome run(Scene scene, const Way& way, Watch::Off off = nullptr) {
   return {simulation.state(), watch.worst, std::abs(ledger.closure()),
           std::max({std::abs(ledger.drive), std::abs(ledger.load), ledger.kinetic})};
 }
-Outcome run(const std::string& text, double duration, const Way& way, Watch::Off off = nullptr) {
+Outcome run(const std::string& text, double duration, const Way& way, const Watch::Off& off = nullptr) {
   return run(parse_scene(text + test::run_for(duration), "drive"), way, off);
 }
 
@@ -168,19 +168,14 @@ void prescribed(Findings& f) {
     }
     for (const auto& way : ways)
       f.at_most(claim_name(subject, "torque of the drive, greatest error over greatest torque", way.name), "",
-                polynomial
-                    ? run(text, 0.6, way,
-                          [](double t, const auto&, const auto&, const Forces& now) {
-                            const double a = t < 0.5 ? 40 * reference::polynomial_rise(t / 0.5).slope : 0;
-                            return std::abs(now.elements[1].m - inertia * a) / (inertia * 75);
-                          })
-                          .worst
-                    : run(text, 0.6, way,
-                          [](double t, const auto&, const auto&, const Forces& now) {
-                            const double a = t < 0.5 ? 40 * reference::cycloidal_rise(t / 0.5).slope : 0;
-                            return std::abs(now.elements[1].m - inertia * a) / (inertia * 80);
-                          })
-                          .worst,
+                run(text, 0.6, way,
+                    [polynomial](double t, const auto&, const auto&, const Forces& now) {
+                      const auto rise = polynomial ? reference::polynomial_rise(t / 0.5)
+                                                   : reference::cycloidal_rise(t / 0.5);
+                      const double a = t < 0.5 ? 40 * rise.slope : 0;
+                      return std::abs(now.elements[1].m - inertia * a) / (inertia * (polynomial ? 75 : 80));
+                    })
+                    .worst,
                 way.fixed()     ? 1e-6
                 : way.penalty() ? answer / 75
                                 : 1e-10,

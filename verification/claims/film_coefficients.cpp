@@ -11,7 +11,6 @@
 namespace freeplay::verification {
 namespace {
 
-using journal_scene::by;
 using journal_scene::c;
 using journal_scene::film_ways;
 using journal_scene::journal;
@@ -197,7 +196,7 @@ void whirls_as_linearised(Findings& f) {
                                {e * c * std::sin(phi), -e * c * std::cos(phi) - sign * start});
           scene.nonsmooth.step_tolerance = 1e-11;
           scene.penalty.tolerance = scene.nonsmooth.tolerance = 1e-12;
-          const auto s = by(scene, way).final_state;
+          const auto s = test::finished(way, scene).final_state;
           x[0] -= 0.5 * sign * s.q[1];
           x[1] += 0.5 * sign * s.q[0];
         }

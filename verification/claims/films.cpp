@@ -9,7 +9,6 @@
 namespace freeplay::verification {
 namespace {
 
-using journal_scene::by;
 using journal_scene::c;
 using journal_scene::film_ways;
 using journal_scene::g;
@@ -25,7 +24,7 @@ void settles(Findings& f) {
     const JournalBearing b{is_short, true, is_short ? 0.03 : 0.003, R, L, c};
     const double W = 2 * g, omega = 100, e = b.eccentricity(W, omega), phi = b.attitude(e, omega);
     for (const auto& way : film_ways) {
-      const auto s = by(journal(b, 2, 1e6, omega, g, 1.5), way).final_state;
+      const auto s = test::finished(way, journal(b, 2, 1e6, omega, g, 1.5)).final_state;
       const auto subject = fmt::format("{}, steady running", name_of(b));
       f.relative(
           claim_name(subject, "eccentricity over clearance after 1.5 s", way.name), "",
@@ -47,7 +46,7 @@ void stays(Findings& f) {
     const JournalBearing b{is_short, false, is_short ? 0.03 : 0.003, R, L, c};
     const double W = 2 * g, omega = 100, e = b.eccentricity(W, omega);
     for (const auto& way : film_ways) {
-      const auto s = by(journal(b, 2, 1e6, omega, g, 0.1, {e * c, 0}), way).final_state;
+      const auto s = test::finished(way, journal(b, 2, 1e6, omega, g, 0.1, {e * c, 0})).final_state;
       f.at_most(claim_name(fmt::format("{}, start at equilibrium", name_of(b)),
                            "displacement in 0.1 s over clearance", way.name),
                 "", std::hypot(s.q[0] - e * c, s.q[1]) / c, 1e-7,
@@ -64,7 +63,7 @@ void squeezes(Findings& f) {
     const double m = 2, W = m * g, T = 0.5;
     b.viscosity = W * T / (b.K() * (b.f(0.8) - b.f(0.1)));  // K is in proportion to it
     for (const auto& way : film_ways) {
-      const auto s = by(journal(b, m, 0.5, 0, g, T, {0, -0.1 * c}), way).final_state;
+      const auto s = test::finished(way, journal(b, m, 0.5, 0, g, T, {0, -0.1 * c})).final_state;
       const double e = -s.q[1] / c;
       const auto subject = fmt::format("{}, squeezed from ε = 0.1", name_of(b));
       f.within(claim_name(subject, "ε after the time to 0.8 without inertia", way.name), "", e, 0.8, 1e-4,
@@ -78,8 +77,7 @@ void squeezes(Findings& f) {
     std::vector<double> steps{4e-3, 2e-3, 1e-3, 5e-4}, errors;
     for (const double h : steps) {
       const auto s =
-          by(journal(b, m, 0.5, 0, g, T, {0, -0.1 * c}), {"", Family::nonsmooth, Scheme::moreau_jean, h})
-              .final_state;
+          test::finished(test::fixed_steps(h), journal(b, m, 0.5, 0, g, T, {0, -0.1 * c})).final_state;
       errors.push_back(std::abs(b.K() * (b.f(-s.q[1] / c) - b.f(0.1)) - W * T - m * s.v[1]));
     }
     f.between(
@@ -112,14 +110,13 @@ void whirls(Findings& f) {
       found.penalty.tolerance = found.nonsmooth.tolerance = 1e-12;
       f.at_most(claim_name(fmt::format("{}, half-speed whirl", name_of(b)),
                            "position error over eccentricity after 0.05 s", way.name),
-                "", apart(by(found, way)), 1e-4,
+                "", apart(test::finished(way, found)), 1e-4,
                 fmt::format("z₀e^(st), s = {:.2f} + {:.2f}i 1/s", s.real(), s.imag()),
                 "adaptive steps: 1e-7 of the eccentricity each, up to a thousand; "
                 "fixed steps: (ωh)²/24 ω t = 5e-5");
     }
     std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
-    for (const double h : steps)
-      errors.push_back(apart(by(scene(T), {"", Family::nonsmooth, Scheme::moreau_jean, h})));
+    for (const double h : steps) errors.push_back(apart(test::finished(test::fixed_steps(h), scene(T))));
     f.between(claim_name(fmt::format("{}, half-speed whirl", name_of(b)), "order of the position error",
                          "Moreau–Jean, h = 2.5e-5 s to 2e-4 s"),
               "", test::observed_order(steps, errors), 1.9, 2.1, "theory: 2 (θ = ½ + O(h))",
@@ -134,7 +131,7 @@ void brakes(Findings& f) {
   const JournalBearing b{true, true, 0.05, R, L, c};
   const double I = 1e-3, T = 0.2, omega = 100;
   for (const auto& way : film_ways) {
-    const auto s = by(journal(b, 2, I, omega, 0, T), way).final_state;
+    const auto s = test::finished(way, journal(b, 2, I, omega, 0, T)).final_state;
     f.relative(claim_name("shaft braked by its film", "speed after 0.2 s", way.name), "rad/s", s.v[2],
                omega * std::exp(-b.petroff() * T / I), 1e-5, "Petroff: ω₀ e^(−2πμR³Lt/(cI))",
                "adaptive steps: 1e-6 per step of the speed's scale");
@@ -147,7 +144,7 @@ void limits(Findings& f) {
   const double fall = std::sqrt(2 * c / g);
   for (const auto& way : film_ways) {
     const JournalBearing thin{true, true, 1e-13, R, L, c};
-    const auto run = by(journal(thin, 2, 0.5, 0, g, 3 * fall), way);
+    const auto run = test::finished(way, journal(thin, 2, 0.5, 0, g, 3 * fall));
     const auto touch = test::touch(run, 0);
     const bool fixed = way.step > 0;
     f.relative(
@@ -161,12 +158,12 @@ void limits(Findings& f) {
         fixed ? "contact onset within a fixed step, known to 1.5 h"
               : "impulse of the film K f(0.99) = 1e-9 N s of 0.09; adaptive steps locate contacts to 1e-6");
     const JournalBearing thick{true, false, 1e5, R, L, c};
-    const auto s = by(journal(thick, 2, 0.5, 0, g, 0.1, {0, 0}), way).final_state;
+    const auto s = test::finished(way, journal(thick, 2, 0.5, 0, g, 0.1, {0, 0})).final_state;
     f.relative(claim_name(thick_oil, "displacement under weight in 0.1 s over clearance", way.name), "",
                -s.q[1] / c, 2 * g * 0.1 / thick.K(), 1e-3, "ε = W t/K",
                "inertia m/C = 1e-8 s; displacement 3e-12 m with rounding 4e-18 m");
     // At 1 m/s the journal stops within m v/K of the clearance, far less than the travel of a step.
-    const auto thrown = by(journal(thick, 2, 0.5, 0, 0, 0.01, {0, 0}, {0, -1}), way).final_state;
+    const auto thrown = test::finished(way, journal(thick, 2, 0.5, 0, 0, 0.01, {0, 0}, {0, -1})).final_state;
     f.relative(claim_name(thick_oil, "displacement from 1 m/s over clearance", way.name), "",
                -thrown.q[1] / c, 2 / thick.K(), fixed ? 0.05 : 1e-3, "ε = m v/K",
                fixed ? "the step in which it stops uses the film coefficients at its start"
@@ -181,10 +178,10 @@ void pin(Findings& f) {
                                 {"run.revolutions=1", "run.discard=0"});
   auto fine = scene;
   fine.penalty.tolerance = 1e-12;
-  const auto exact = by(fine, film_ways[0]);
+  const auto exact = test::finished(film_ways[0], fine);
   const double clearance = 0.25e-3;
   for (const auto& way : film_ways) {
-    const auto run = by(scene, way);
+    const auto run = test::finished(way, scene);
     double apart = 0;
     for (std::size_t i = 0; i < run.final_state.q.size(); ++i)
       apart = greatest(apart, std::abs(run.final_state.q[i] - exact.final_state.q[i]) *
@@ -206,10 +203,10 @@ void pin(Findings& f) {
   auto quarter = read_scene(test::source_folder() / "cases/lubricated-pin/scene.toml",
                             {"run.revolutions=0.25", "run.discard=0"});
   quarter.nonsmooth.tolerance = 1e-12;
-  const auto end = by(quarter, film_ways[3]).final_state;
+  const auto end = test::finished(film_ways[3], quarter).final_state;
   std::vector<double> steps{2e-4, 1e-4, 5e-5, 2.5e-5}, errors;
   for (const double h : steps) {
-    const auto s = by(quarter, {"", Family::nonsmooth, Scheme::moreau_jean, h}).final_state;
+    const auto s = test::finished(test::fixed_steps(h), quarter).final_state;
     errors.push_back(std::hypot(s.q[6] - end.q[6], s.q[4] - end.q[4]) / clearance);
   }
   f.between(claim_name(subject, "order of the position error after a quarter turn",

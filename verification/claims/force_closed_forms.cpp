@@ -16,10 +16,8 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
   const auto main = find(layout, "main"), big_end = find(layout, "big_end"),
              gudgeon = find(layout, "gudgeon"), guide = find(layout, "guide"), motor = find(layout, "motor");
   Forces now{std::vector<ElementForce>(layout.forces.size()), std::vector<double>(9)};
-  test::Listener listener;
-  listener.want.forces = true;
   const bool stepping = family == Family::nonsmooth && scene.nonsmooth.scheme == Scheme::moreau_jean;
-  listener.on_step = [&](const Step& step) {
+  test::watch_steps(simulation, [&](const Step& step) {
     // The velocities of time steps differ by O(h²) from those of the constraints, alike from step
     // to step. In the first step, and in a shorter last one, this is an error O(h) of the force.
     if (stepping && (step.t0 == 0 || step.t1 >= scene.run.duration)) return;
@@ -45,8 +43,7 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
                                               {gudgeon, 0.0}})
         moment_off = greatest(moment_off, std::abs(now.elements[element].m - expected));
     }
-  };
-  test::finished(simulation, {&listener});
+  });
   return {force_off / force, moment_off / moment};
 }
 
@@ -130,9 +127,7 @@ void bearings(Findings& f) {
     Forces now{std::vector<ElementForce>(simulation.layout().forces.size()), std::vector<double>(9)};
     double off[3] = {0, 0, 0};
     std::vector<double> q(9), v(9);
-    test::Listener listener;
-    listener.want.forces = true;
-    listener.on_step = [&](const Step& step) {
+    test::watch_steps(simulation, [&](const Step& step) {
       step.state(step.t1, q, v);
       step.forces(step.t1, now);
       const reference::Turning<double> at{q[2], v[2], now.acceleration[2]};
@@ -152,8 +147,7 @@ void bearings(Findings& f) {
       off[0] = greatest(off[0], std::abs(motor.m - own.torque - weld.moment - cross(joint, weld.force)));
       off[1] = greatest(off[1], apart(f_weld, weld.force, weld.moment));
       off[2] = greatest(off[2], apart(f_guide, sliding.joint.force, sliding.joint.moment));
-    };
-    simulation.run({.observers = {&listener}});
+    });
     const std::pair<const char*, const char*> names[] = {
         {"rotor under a torque with a welded body", "bearing force and driving torque, greatest error"},
         {"rotor under a torque with a welded body", "force and moment of the weld, greatest error"},

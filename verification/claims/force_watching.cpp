@@ -89,13 +89,10 @@ void redundant(Findings& f) {
       Forces now{std::vector<ElementForce>(simulation.layout().forces.size()),
                  std::vector<double>(3 * each.mechanism.bodies.size())};
       double off = 0;
-      test::Listener listener;
-      listener.want.forces = true;
-      listener.on_step = [&](const Step& step) {
-        step.forces(step.t1, now);
-        off = greatest(off, look(step.t1, now.elements, simulation.layout()));
-      };
-      auto list = simulation.run({.observers = {&listener}}).undetermined;
+      auto list = test::watch_steps(simulation, [&](const Step& step) {
+                    step.forces(step.t1, now);
+                    off = greatest(off, look(step.t1, now.elements, simulation.layout()));
+                  }).undetermined;
       std::ranges::sort(list);
       return std::pair{off, list};
     };

@@ -50,19 +50,17 @@ void distance(Findings& f) {
     if (way.fixed()) scene.nonsmooth.step = 1e-4;
     if (way.penalty()) scene.penalty.tolerance = 1e-12;
     double worst = 0;
-    test::Listener listener;
     std::vector<double> q(9), v(9);
     double least = 1, most = 0;
-    listener.on_step = [&](const Step& step) {
+    Simulation simulation(scene, test::name_of(way.family));
+    const auto run = test::watch_steps(simulation, [&](const Step& step) {
       step.state(step.t1, q, v);
       const long double a = q[6];
       least = std::min(least, q[6]), most = std::max(most, q[6]);
       const long double turned = S / 3 * q[2] + 2 * S / 3 * q[8];
       worst = greatest(worst,
                        double(std::abs(turned - reference::involute(S, a) + reference::involute(S, 0.151L))));
-    };
-    Simulation simulation(scene, test::name_of(way.family));
-    const auto run = test::finished(simulation, {&listener});
+    });
     const auto name = [&](const char* quantity) {
       return claim_name("gear pair with oscillating centre distance", quantity, scheme_of(way, "1e-4"));
     };

@@ -59,16 +59,13 @@ ElementForce force_of(const Scene& scene, Family family, const std::string& name
   const auto& elements = simulation.layout().forces;
   ElementForce found;
   int steps = 0;
-  test::Listener listener;
-  listener.want.forces = true;
   Forces now;
-  listener.on_step = [&](const Step& step) {
+  test::watch_steps(simulation, [&](const Step& step) {
     if (++steps > 3) return;
     step.forces(0.5 * (step.t0 + step.t1), now);
     for (std::size_t k = 0; k < elements.size(); ++k)
       if (elements[k].name == name) found = now.elements[k];
-  };
-  test::finished(simulation, {&listener});
+  });
   return found;
 }
 

@@ -2,7 +2,7 @@
 // impact, and a four-bar against independent Newton–Euler equations, by all formulations and
 // schemes.
 #include "verification/references/joint_friction.hpp"
-#include "verification/claims/claim.hpp"
+#include "verification/claims/force_claims.hpp"
 #include "verification/references/four_bar_friction.hpp"
 #include "verification/support/runs.hpp"
 
@@ -233,20 +233,14 @@ void four_bars(Findings& f) {
     way.choose(scene);
     Simulation simulation(scene, test::name_of(way.family));
     const auto& layout = simulation.layout();
-    const auto find = [&](const std::string& name) {
-      for (std::size_t i = 0; i < layout.forces.size(); ++i)
-        if (layout.forces[i].name == name) return i;
-      throw std::runtime_error("no element " + name);
-    };
+    const auto find = [&](const char* name) { return force_claims::find(layout, name); };
     const std::array<std::size_t, 4> joints{find("A0"), find("A"), find("B"), find("B0")},
         rubs{find("rub_A0"), find("rub_A"), find("rub_B"), find("rub_B0")};
     const auto motor = find("motor");
     Forces now{std::vector<ElementForce>(layout.forces.size()), std::vector<double>(9)};
     double torque = 0, torque_off = 0, couple = 0, couple_off = 0, force = 0, force_off = 0, compared = 0,
            all = 0, longest = 0;
-    test::Listener listener;
-    listener.want.forces = true;
-    listener.on_step = [&](const Step& step) {
+    const auto run = test::watch_steps(simulation, [&](const Step& step) {
       if (step.t0 == 0 || step.t1 >= scene.run.duration) return;
       const double t = 0.5 * (step.t0 + step.t1);
       longest = std::max(longest, step.t1 - step.t0);
@@ -269,8 +263,7 @@ void four_bars(Findings& f) {
         force_off = greatest(force_off, std::hypot(now.elements[joints[p]].fx - exact.force[p][0],
                                                    now.elements[joints[p]].fy - exact.force[p][1]));
       }
-    };
-    const auto run = test::finished(simulation, {&listener});
+    });
     const double bound = way.fixed() ? 1e-4 : way.chosen() ? std::pow(3 * bar.speed * longest, 2) / 24 : 1e-6;
     const char* const why =
         "time stepping: the mean force of a step differs from that at its middle by (n ω h)²/24 in the "

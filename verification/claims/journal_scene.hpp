@@ -36,9 +36,4 @@ inline Scene journal(const JournalBearing& b, double mass, double inertia, doubl
       "journal");
 }
 
-inline Result by(Scene scene, const Way& way) {
-  way.choose(scene);
-  return test::finished(scene, way.family);
-}
-
 }  // namespace freeplay::verification::journal_scene

@@ -4,26 +4,10 @@
 
 #include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"
+#include "verification/support/last_forces.hpp"
 
 namespace freeplay::verification {
 namespace {
-
-/// Normal forces of the contacts at the end of the last step (N).
-class LastForces final : public Observer {
- public:
-  Wants wants() const override { return {true, false, true}; }
-  void begin(const Layout& layout, const State&) override { elements_ = layout.forces; }
-  void step(const Step& step) override { step.forces(step.t1, forces_); }
-  double normal(const std::string& name) const {
-    for (std::size_t i = 0; i < elements_.size(); ++i)
-      if (elements_[i].name == name) return forces_.elements.at(i).fn;
-    return NAN;
-  }
-
- private:
-  std::vector<ForceElement> elements_;
-  Forces forces_;
-};
 
 Scene scene_of(const std::string& text, Scheme scheme) {
   auto scene = parse_scene(text, "pile");
@@ -43,7 +27,7 @@ void piles(Findings& f) {
         "contact problems are solved to 1e-10 of the greatest rate of a step, "
         "a disc's weight is at least 0.1 of "
         "it, margin of a thousand";
-    LastForces forces;
+    test::LastForces forces;
     force_claims::run(scene_of(test::pile({{R, R + 0.01, R}, {R, 3 * R + 0.02, R}, {R, 5 * R + 0.05, R}},
                                           2 * R, 0, 0, 0.3, 1),
                                scheme),

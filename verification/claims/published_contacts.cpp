@@ -12,11 +12,6 @@
 namespace freeplay::verification {
 namespace {
 
-Result run_published(Scene scene, const test::Way& way) {
-  way.choose(scene);
-  return test::finished(scene, way.family);
-}
-
 /// Claims on the end of a fall onto a floor with a linear spring and damper.
 void fall_on_linear_floor(Findings& f, const char* name, const char* subject,
                           const reference::LinearContact::State& exact, double stepping_bound,
@@ -32,12 +27,12 @@ void fall_on_linear_floor(Findings& f, const char* name, const char* subject,
              bound * times, source, why + "; velocity: the bound of the height over the shortest flight");
   };
   const auto scene = read_scene(test::published(name));
-  claim(run_published(scene, test::penalty), "penalty, bump stop", 4e-11, 10, reason);
-  claim(run_published(scene, test::event_driven), "event-driven, bump stop", 4e-11, 10, reason);
-  claim(run_published(scene, test::fixed_steps(1e-6)), "Moreau–Jean, h = 1e-6 s, bump stop", stepping_bound,
+  claim(test::finished(test::penalty, scene), "penalty, bump stop", 4e-11, 10, reason);
+  claim(test::finished(test::event_driven, scene), "event-driven, bump stop", 4e-11, 10, reason);
+  claim(test::finished(test::fixed_steps(1e-6), scene), "Moreau–Jean, h = 1e-6 s, bump stop", stepping_bound,
         10, stepping_reason);
   const auto contact = read_scene(test::published(name).parent_path() / "contact.toml");
-  claim(run_published(contact, test::penalty), "penalty, contact", 4e-11, 10, reason);
+  claim(test::finished(test::penalty, contact), "penalty, contact", 4e-11, 10, reason);
 }
 
 void exudyn_contacts(Findings& f) {
@@ -56,7 +51,7 @@ void exudyn_contacts(Findings& f) {
 /// The impact of a run against Hertz's closed form and, where one was read, the published figure.
 void hertz_impact(Findings& f, const std::string& subject, const Scene& scene, double stiffness,
                   const reference::ElasticImpact& exact, double speed, double onset) {
-  const auto run = run_published(scene, test::penalty);
+  const auto run = test::finished(test::penalty, scene);
   const auto touch = test::touch(run, 0);
   const auto& contact = run.contacts[0];
   const std::string hertz = "Hertz 1881: energy of K δ^(3/2)",
@@ -72,7 +67,7 @@ void hertz_impact(Findings& f, const std::string& subject, const Scene& scene, d
   f.relative(name("impulse"), "N s", touch.impulse_n, exact.impulse, 1e-8, "2 m v", fine);
   f.relative(name("separation speed"), "m/s", touch.v_n_plus, speed, 1e-8, "conservation of energy", fine);
   for (const auto& way : {test::event_driven, test::fixed_steps(1e-6, "Moreau–Jean, h = 1e-6 s")}) {
-    const auto rigid = test::touch(run_published(scene, way), 0);
+    const auto rigid = test::touch(test::finished(way, scene), 0);
     f.within(claim_name(subject, "time of the impact", way.name), "s", rigid.t, onset,
              way.stepping() ? 1e-6 : 1e-15, "gap over speed", way.stepping() ? "one step" : "rounding");
     f.relative(claim_name(subject, "impulse", way.name), "N s", rigid.impulse_n, exact.impulse, 1e-12,
@@ -93,7 +88,7 @@ constexpr const char* percent = "reading: 1 % of the axis of the figure";
 void chung_ooi_elastic(Findings& f) {
   const auto read = [&](const char* subject, const Scene& scene, const reference::ChungOoiReading& figure,
                         double axis) {
-    const auto run = run_published(scene, test::penalty);
+    const auto run = test::finished(test::penalty, scene);
     const auto& contact = run.contacts[0];
     const auto force = [&](double overlap) { return contact.model.stiffness * std::pow(overlap, 1.5) / 1e3; };
     const auto name = [&](const char* what) { return claim_name(subject, what, "penalty, Hertz"); };
@@ -138,7 +133,7 @@ void chung_ooi_restitution(Findings& f) {
   for (const double e : {0.2, 0.4, 0.6, 0.8, 1.0})
     for (const auto& way : schemes_of_impact()) {
       scene.mechanism.surfaces[0].restitution = e;
-      const auto touch = test::touch(run_published(scene, way), 0);
+      const auto touch = test::touch(test::finished(way, scene), 0);
       f.within(claim_name("Chung and Ooi 3, sphere and rigid plane",
                           fmt::format("delivered restitution at e = {}", e), way.name),
                "", -touch.v_n_plus / touch.v_n_minus, e, way.penalty() ? 1e-7 : 1e-12,
@@ -155,7 +150,7 @@ Rebound oblique_rebound(Scene scene, double degrees, const test::Way& way) {
   const auto& sphere = reference::chung_ooi_oxide;
   const double a = degrees * M_PI / 180, v = sphere.speed * std::sin(a);
   scene.mechanism.bodies[0].velocity = {v, -sphere.speed * std::cos(a)};
-  const auto end = run_published(scene, way).final_state.v;
+  const auto end = test::finished(way, scene).final_state.v;
   return {end[0] / v, -end[2], std::atan2(end[0] + sphere.radius * end[2], end[1]) * 180 / M_PI};
 }
 
@@ -204,7 +199,7 @@ void chung_ooi_oblique(Findings& f) {
 void velocities_of_balls(Findings& f, const std::string& subject, const Scene& scene, const test::Way& way,
                          const std::vector<long double>& exact, double bound, const std::string& source,
                          const std::string& reason) {
-  const auto end = run_published(scene, way).final_state;
+  const auto end = test::finished(way, scene).final_state;
   for (std::size_t i = 0; i < exact.size(); ++i)
     f.within(claim_name(subject, fmt::format("velocity of ball {}", i + 1), way.name), "m/s", end.v[3 * i],
              double(exact[i]), bound, source, reason);
@@ -257,7 +252,7 @@ void touching_balls(Findings& f, const char* name, const std::string& subject,
   velocities_of_balls(f, subject, scene, test::penalty, {after.begin(), after.end()}, 1e-9,
                       "Hertz contacts, method of order 8 in long double",
                       "tolerance 1e-12 of the speed, some 600 steps");
-  const auto end = run_published(scene, test::penalty).final_state;
+  const auto end = test::finished(test::penalty, scene).final_state;
   double sum = 0;
   for (std::size_t i = 0; i < N; ++i) sum += end.v[3 * i];
   f.within(claim_name(subject, "momentum after the impact", "penalty"), "N s", sum, momentum, 1e-12,
@@ -291,7 +286,7 @@ void ball_and_rod(Findings& f) {
   const reference::BallAndRod exact{0.5, 1, 1.0 / 12, 0.3, 2, 0.5};
   const test::Way stepping = test::fixed_steps(1e-5, "Moreau–Jean, h = 1e-5 s");
   for (const auto& way : {test::penalty, test::event_driven, stepping}) {
-    const auto run = run_published(scene, way);
+    const auto run = test::finished(way, scene);
     const auto claim = [&](const char* what, const char* unit, double measured, double expected) {
       f.relative(claim_name(subject, what, way.name), unit, measured, expected, way.penalty() ? 1e-4 : 1e-12,
                  "impulse of the effective mass",
@@ -305,7 +300,7 @@ void ball_and_rod(Findings& f) {
   }
   scene.mechanism.bodies[1].position = {reference::slender_rod_percussion(1), 0.06};
   for (const auto& way : {test::event_driven, stepping}) {
-    const auto end = run_published(scene, way).final_state;
+    const auto end = test::finished(way, scene).final_state;
     f.within(claim_name(subject, "velocity of the far end, struck at the centre of percussion", way.name),
              "m/s", end.v[1] - 0.5 * end.v[2], 0, 1e-12, "J/(M s) = L/2", "rounding");
   }
@@ -321,7 +316,7 @@ void backlash_joint(Findings& f) {
     auto scene = read_scene(test::published("backlash-joint-free"));
     const auto end = b.at(0.2L, reference::backlash_free_start);
     for (const auto& way : {test::penalty, test::event_driven, stepping}) {
-      const auto q = run_published(scene, way).final_state;
+      const auto q = test::finished(way, scene).final_state;
       const std::string late =
           "the damper's couple, (c/J) ω, is up to h too early or late at each of six contacts";
       f.within(claim_name(subject, "angle after 0.2 s, six contacts", way.name), "rad", q.q[2],
@@ -334,7 +329,7 @@ void backlash_joint(Findings& f) {
     scene.run.duration = 0.01;
     for (const auto& way : {test::penalty, test::event_driven, stepping})
       f.within(claim_name(subject, "restitution of the first contact", way.name), "",
-               -run_published(scene, way).final_state.v[2] / 10, double(b.restitution()),
+               -test::finished(way, scene).final_state.v[2] / 10, double(b.restitution()),
                way.stepping() ? 2e-4 : 1e-10, "Schwager and Pöschel 2007, exp(−ζ φ/√(1 − ζ²))",
                way.stepping() ? "(c/J) h" : "tolerance 1e-12 per step, some 100 steps");
   }
@@ -344,7 +339,7 @@ void backlash_joint(Findings& f) {
     const auto scene = read_scene(test::published("backlash-joint-driven"));
     const auto exact = b.bodies(b.at(0.2L, reference::backlash_driven_start));
     for (const auto& way : {test::penalty, test::event_driven, stepping}) {
-      const auto end = run_published(scene, way).final_state;
+      const auto end = test::finished(way, scene).final_state;
       const auto claim = [&](const char* what, double angle, double rate, long double at, long double speed) {
         const std::string reason = way.stepping()
                                        ? "(c/J) h of the relative rate, 6 rad/s, at each of seven contacts; "

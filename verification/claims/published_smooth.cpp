@@ -40,11 +40,6 @@ auto rate(std::size_t body, std::size_t k) {
   return [i = 3 * body + k](const State& s) { return s.v[i]; };
 }
 
-Result run_by(const test::Way& way, Scene scene) {
-  way.choose(scene);
-  return test::finished(scene, way.family);
-}
-
 void claim_at_end(Findings& f, const char* subject, const test::Way& way, const Result& run,
                   const std::vector<Quantity>& quantities, const Grounds& grounds) {
   for (const auto& q : quantities) {
@@ -84,7 +79,7 @@ void car_axis(Findings& f) {
       {"angular velocity of the rod at 3 s", "rad/s", rate(axle, 2), exact[5], near, 58, turn, near}};
   const auto scene = read_scene(test::published("car-axis"));
   for (const auto& way : schemes(1e-4, "Moreau–Jean, h = 1e-4 s"))
-    claim_at_end(f, "car axis", way, run_by(way, scene), quantities,
+    claim_at_end(f, "car axis", way, test::finished(way, scene), quantities,
                  {"references/published/car_axis", per_step, "IVP test set, caraxis",
                   "tolerance 1e-12 per step; the published digits differ from the reference by 5e-12"});
 }
@@ -104,7 +99,7 @@ void exudyn_slider_cranks(Findings& f) {
       if (floating)
         quantities.push_back({"angle of the frame at 0.3 s", "rad", place(3, 2), double(y[2]), 1e-9, 1.6e-3});
       const char* const name = floating ? "exudyn-slider-crank-floating" : "exudyn-slider-crank";
-      const auto run = run_by(way, read_scene(test::published(name)));
+      const auto run = test::finished(way, read_scene(test::published(name)));
       claim_at_end(f,
                    floating ? "slider-crank of the Exudyn tests on an elastic frame"
                             : "slider-crank of the Exudyn tests on the ground",
@@ -139,7 +134,7 @@ void simple_pendulum(Findings& f) {
                                          {"velocity along x at 10 s", "m/s", rate(0, 0), end[2], near, 30},
                                          {"velocity along y at 10 s", "m/s", rate(0, 1), end[3], near, 30}};
   for (const auto& way : schemes(1e-4, "Moreau–Jean, h = 1e-4 s")) {
-    const auto run = run_by(way, scene);
+    const auto run = test::finished(way, scene);
     claim_at_end(f, subject, way, run, quantities,
                  {"references/pendulum (elliptic functions)", "tolerance 1e-12 of 1 m per step, 3000 steps"});
     f.at_most(claim_name(subject, "energy error at 10 s", way.name), "J",
@@ -157,8 +152,7 @@ void simple_pendulum(Findings& f) {
     std::vector<double> q(3), v(3);
     double sum = 0;
     int next = 1;
-    test::Listener listener;
-    listener.on_step = [&](const Step& s) {
+    test::watch_steps(simulation, [&](const Step& s) {
       for (; next <= 4000 && next * 0.0025 <= s.t1; ++next) {
         const double t = next * 0.0025;
         s.state(t, q, v);
@@ -168,8 +162,7 @@ void simple_pendulum(Findings& f) {
           sum += error * error / 8000;
         }
       }
-    };
-    const auto result = test::finished(simulation, {&listener});
+    });
     f.at_most(
         claim_name(subject, "root mean square of the relative errors at 4000 instants of 10 s", way.name), "",
         next > 3999 ? std::sqrt(sum) : INFINITY, 1e-3, "LIM repository, A01: high precision",
@@ -214,7 +207,7 @@ void four_bars(Findings& f) {
   const auto scene = read_scene(test::published("iftomm-four-bars"));
   for (const auto& way : {test::event_driven, test::fixed_steps(1e-4, "Moreau–Jean, h = 1e-4 s")}) {
     const char* const subject = "four-bar row of IFToMM A02, N = 2";
-    const auto run = run_by(way, scene);
+    const auto run = test::finished(way, scene);
     claim_at_end(f, subject, way, run, quantities({.count = 2}, 1, true), grounds);
     energy(subject, way.name, run);
   }
@@ -224,7 +217,7 @@ void four_bars(Findings& f) {
     row.run.duration = 10;
     const auto way = test::fixed_steps(1e-3, "Moreau–Jean, h = 1e-3 s");
     const auto subject = fmt::format("four-bar row of IFToMM A02, N = {}", count);
-    const auto run = run_by(way, row);
+    const auto run = test::finished(way, row);
     claim_at_end(f, subject.c_str(), way, run, quantities({.count = count}, -1, false), grounds);
     energy(subject.c_str(), way.name, run);
   }
@@ -248,7 +241,7 @@ void andrews(Findings& f) {
   const auto scene = read_scene(test::published("iftomm-andrews"));
   const char* const subject = "Andrews' squeezer of IFToMM A03";
   for (const auto& way : schemes(1e-6, "Moreau–Jean, h = 1e-6 s")) {
-    const auto run = run_by(way, scene);
+    const auto run = test::finished(way, scene);
     claim_at_end(f, subject, way, run, quantities,
                  {"references/published/iftomm_andrews",
                   "1e-9 rad at 0.03 s as for the IVP test set, growing with the square of time"});
@@ -269,7 +262,7 @@ void planar_mechanics(Findings& f) {
   const auto compare = [&](const char* subject, const char* name, const std::vector<Quantity>& quantities,
                            const Grounds& why) {
     const auto scene = read_scene(test::published(name));
-    for (const auto& way : ways) claim_at_end(f, subject, way, run_by(way, scene), quantities, why);
+    for (const auto& way : ways) claim_at_end(f, subject, way, test::finished(way, scene), quantities, why);
   };
   const auto engine = reference::PistonEngine().at(10);
   const auto& e = reference::modelica_piston_engine;

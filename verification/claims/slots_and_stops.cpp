@@ -85,14 +85,11 @@ void stops(Findings& f) {
       Forces sum;
       sum.elements.resize(elements.size());
       sum.acceleration.resize(3);
-      test::Listener listener;
-      listener.want.forces = true;
-      listener.on_step = [&](const Step& step) {
+      const auto run = test::watch_steps(simulation, [&](const Step& step) {
         sum.add(1, step.before());
         step.add_impulse(step.t0, step.t1, sum);
         sum.add(1, step.within());
-      };
-      const auto run = simulation.run({.observers = {&listener}});
+      });
       const auto touch = test::touch(run, 0);
       ElementForce pin;
       for (std::size_t k = 0; k < elements.size(); ++k)

@@ -46,12 +46,24 @@ Result checked(Result run) {
 
 Result finished(const Scene& scene, Family family) { return checked(simulate(scene, family)); }
 
+Result finished(const Way& way, Scene scene) {
+  way.choose(scene);
+  return finished(scene, way.family);
+}
+
 Result finished(const Way& way, const std::string& text, const std::vector<std::string>& more) {
-  return finished(scene_by(way, text, more), way.family);
+  return finished(way, scene_by(way, text, more));
 }
 
 Result finished(Simulation& simulation, std::vector<Observer*> observers) {
   return checked(simulation.run({.observers = std::move(observers)}));
+}
+
+Result watch_steps(Simulation& simulation, const std::function<void(const Step&)>& look) {
+  Listener listener;
+  listener.want.forces = true;
+  listener.on_step = look;
+  return finished(simulation, {&listener});
 }
 
 }  // namespace freeplay::test

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@ namespace freeplay {
 class Observer;
 class Simulation;
 struct Scene;
+class Step;
 }  // namespace freeplay
 
 namespace freeplay::test {
@@ -49,7 +51,10 @@ Scene read_short(const std::filesystem::path& file, double duration,
                  const std::vector<std::string>& overrides = {});
 /// Runs in memory. Throws with the reason if the run does not finish.
 Result finished(const Scene& scene, Family family);
+Result finished(const Way& way, Scene scene);
 Result finished(const Way& way, const std::string& text, const std::vector<std::string>& more = {});
 Result finished(Simulation& simulation, std::vector<Observer*> observers = {});
+/// The same; `look` is called with each step and may read its forces.
+Result watch_steps(Simulation& simulation, const std::function<void(const Step&)>& look);
 
 }  // namespace freeplay::test
