@@ -93,11 +93,14 @@ struct Findings {
 };
 
 /// A part of a set: runs that add claims. `claims`: their number, for the parts of a set that takes
-/// so long that its parts are tests of their own.
+/// so long that its parts are tests of their own; `slow`: the test of this part alone takes more than
+/// twelve seconds (tag [slow]).
 struct Part {
-  Part(void (*add)(Findings&), std::size_t claims = 0) : add(add), claims(claims) {}
+  Part(void (*add)(Findings&), std::size_t claims = 0, bool slow = false)
+      : add(add), claims(claims), slow(slow) {}
   void (*add)(Findings&);
   std::size_t claims;
+  bool slow;
 };
 using Parts = std::vector<Part>;
 

@@ -114,7 +114,7 @@ struct SetTests {
       }
       std::size_t first = 0;
       for (std::size_t i = 0; i < parts.size(); first += parts[i++].claims)
-        add(set, fmt::format("{}-{}", set.name, i + 1), fmt::format("{}, part {}", set.name, i + 1),
+        add(set, fmt::format("{}-{}", set.name, i + 1), fmt::format("{} (part {})", set.name, i + 1),
             {parts[i]}, first, i + 1 == parts.size());
     }
   }
@@ -126,7 +126,8 @@ struct SetTests {
         fmt::format("verification/{}/claims/claims-{}.cpp", program ? "process" : "property", file));
     const auto name = fmt::format(
         "every claim of the set {} holds and is listed in docs/verification/verification.csv", what);
-    Catch::AutoReg(new SetTest(set, parts, first, last), {path.c_str(), 1}, {}, {name, "[claims]"});
+    Catch::AutoReg(new SetTest(set, parts, first, last), {path.c_str(), 1}, {},
+                   {name, parts.front().slow ? "[claims][slow]" : "[claims]"});
   }
   std::deque<std::string> files;
 };
