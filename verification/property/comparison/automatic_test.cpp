@@ -2,25 +2,16 @@
 // impacts accumulate. It has no cost where no hand-over is needed, finishes runs that event-driven
 // integration cannot finish, and returns where time stepping costs more.
 #include "io/scene/write_scene.hpp"
-#include "values/memory.hpp"
+#include "verification/property/comparison/snapshot_check.hpp"
 #include "verification/support/handovers.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using snapshots::bits;
 using verification::loop, verification::wedge;
 
 namespace {
-
-using Bytes = std::vector<std::byte>;
-
-Bytes bits(const std::vector<Event>& events) {
-  auto copy = events;
-  Bytes bytes;
-  MemoryWriter m(bytes);
-  m(copy);
-  return bytes;
-}
 
 Scene with(Scene scene, std::optional<Scheme> scheme) {
   scene.nonsmooth.scheme = scheme;
@@ -37,8 +28,8 @@ TEST_CASE("automatic scheme: without a hand-over a run is bit-identical to event
     CAPTURE(name);
     auto scene = read_scene(test::scene_file(name));
     scene.run.discard = 0;
-    const auto automatic = test::finished(with(scene, Scheme::automatic), Family::nonsmooth),
-               events = test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth);
+    auto automatic = test::finished(with(scene, Scheme::automatic), Family::nonsmooth),
+         events = test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth);
     CHECK(automatic.work.handovers == 0);
     CHECK(automatic.work.stepped == 0);
     CHECK(automatic.work.rhs == events.work.rhs);
@@ -106,8 +97,8 @@ TEST_CASE("automatic scheme: impact laws without time stepping stay with event-d
   auto scene = test::read_short(test::scene_file("gudgeon"), 0.05);
   for (const auto law : {ImpactLaw::energetic, ImpactLaw::poisson}) {
     scene.nonsmooth.impact_law = law;
-    const auto automatic = test::simulate(with(scene, std::nullopt), Family::nonsmooth),
-               events = test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth);
+    auto automatic = test::simulate(with(scene, std::nullopt), Family::nonsmooth),
+         events = test::simulate(with(scene, Scheme::event_driven), Family::nonsmooth);
     CHECK(automatic.events.size() > 5);
     CHECK((bits(automatic.events) == bits(events.events)));
   }
@@ -161,9 +152,9 @@ TEST_CASE("automatic scheme: the scheme that each combination of keys selects", 
     CHECK_THROWS_AS(options(wrong), SceneError);
 
   // A step without a scheme means fixed steps, digit for digit.
-  const auto fixed = test::simulate(parse_scene(wedge + "[nonsmooth]\nstep = 1e-3", "a"), Family::nonsmooth),
-             named = test::simulate(parse_scene(wedge + "[nonsmooth]\n" + stepping + "step = 1e-3", "b"),
-                                    Family::nonsmooth);
+  auto fixed = test::simulate(parse_scene(wedge + "[nonsmooth]\nstep = 1e-3", "a"), Family::nonsmooth),
+       named = test::simulate(parse_scene(wedge + "[nonsmooth]\n" + stepping + "step = 1e-3", "b"),
+                              Family::nonsmooth);
   CHECK(fixed.work.steps == 1500);
   CHECK((bits(fixed.events) == bits(named.events)));
   CHECK(fixed.final_state.q == named.final_state.q);
