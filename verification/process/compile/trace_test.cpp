@@ -147,36 +147,36 @@ TEST_CASE("the cache of compiled objects: found again, repaired, and private", "
   };
   auto bytes = test::file_text(file);
 
-  SECTION("a truncated object is compiled again") {
-    replace(bytes.substr(0, bytes.size() / 2));
-    const auto repaired = get();
-    works(repaired);
-    CHECK_FALSE(repaired.cached);
-  }
-  SECTION("a changed object is compiled again") {
-    bytes[64] ^= 1;
-    replace(bytes);
-    CHECK_FALSE(get().cached);
-  }
-  SECTION("an object that others may write is not loaded") {
-    fs::permissions(file, fs::perms::group_write, fs::perm_options::add);
-    CHECK_FALSE(get().cached);
-  }
-  SECTION("a symbolic link in place of an object is replaced") {
-    const auto elsewhere = cache.folder.path() / "elsewhere.so";
-    fs::rename(file, elsewhere);
-    fs::create_symlink(elsewhere, file);
+  const auto check_repaired = [&] {
     const auto repaired = get();
     works(repaired);
     CHECK_FALSE(repaired.cached);
     CHECK_FALSE(fs::is_symlink(file));
+  };
+  SECTION("a truncated object is compiled again") {
+    replace(bytes.substr(0, bytes.size() / 2));
+    check_repaired();
+  }
+  SECTION("a changed object is compiled again") {
+    bytes[64] ^= 1;
+    replace(bytes);
+    check_repaired();
+  }
+  SECTION("an object that others may write is not loaded") {
+    fs::permissions(file, fs::perms::group_write, fs::perm_options::add);
+    check_repaired();
+  }
+  const auto elsewhere = cache.folder.path() / "elsewhere";
+  SECTION("a symbolic link in place of an object is replaced") {
+    fs::rename(file, elsewhere);
+    fs::create_symlink(elsewhere, file);
+    check_repaired();
   }
   SECTION("a folder that others may read is not used") {
     fs::permissions(cache.place(), fs::perms::group_read | fs::perms::others_read, fs::perm_options::add);
     CHECK(get().reason.find("is open to other users") != std::string::npos);
   }
   SECTION("a symbolic link in place of the folder is not followed") {
-    const auto elsewhere = cache.folder.path() / "elsewhere";
     fs::rename(cache.place(), elsewhere);
     fs::create_directory_symlink(elsewhere, cache.place());
     CHECK(get().reason.find("symbolic link") != std::string::npos);

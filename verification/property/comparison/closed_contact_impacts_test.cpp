@@ -29,12 +29,14 @@ Scene lever(const std::vector<double>& areas, std::vector<std::string> sets) {
 /// `to`.
 struct Rebound {
   double onto = 0, off = 0;
+  double before = NAN;  // the velocity at `from`
 };
 Rebound rebound(const Scene& scene, double from, double to) {
   Simulation simulation(scene, "penalty");
   Rebound r;
   test::Listener listener;
   listener.on_step = [&](const Step& step) {
+    if (step.t1 <= from) r.before = 0.5 * step.v1[2];
     if (step.t0 < from || step.t1 > to) return;
     r.onto = std::max(r.onto, -0.5 * step.v1[2]);
     r.off = std::max(r.off, 0.5 * step.v1[2]);
@@ -74,15 +76,8 @@ TEST_CASE("each of several impacts on a lasting contact has the restitution of i
     for (std::size_t i = 0; i < areas.size(); ++i) {
       CAPTURE(areas, i);
       const double from = 0.01 + 0.04 * static_cast<double>(i);
-      Simulation simulation(scene, "penalty");
-      double before = NAN;
-      test::Listener listener;
-      listener.on_step = [&](const Step& step) {
-        if (step.t1 <= from) before = 0.5 * step.v1[2];
-      };
-      REQUIRE(simulation.run({.observers = {&listener}}).ending.status == Ending::Status::finished);
-      if (std::abs(before) > 1e-3) continue;  // it still bounces
       const auto r = rebound(scene, from, from + 1e-3);
+      if (std::abs(r.before) > 1e-3) continue;  // it still bounces
       CHECK(r.off / r.onto == Approx(0.9).margin(0.03));
     }
   }

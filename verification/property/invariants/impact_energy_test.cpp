@@ -94,35 +94,24 @@ TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[inv
   std::uniform_real_distribution<double> uniform(-1, 1);
   int steps = 0, impacts = 0;
   for (int trial = 0; trial < 400; ++trial) {
-    Scene scene;
-    auto& m = scene.mechanism;
-    Surface surface;
-    surface.name = "s";
-    surface.restitution = 0.5 + 0.5 * uniform(engine);
-    m.surfaces.push_back(surface);
+    const double r = 0.5 + 0.5 * uniform(engine);
+    auto text = test::surface("s", r) + test::run_for(1, "start = \"given\"\n");
     const int bodies = 2 + trial % 3;
     for (int b = 0; b < bodies; ++b) {
-      Body body;
-      body.name = "b" + std::to_string(b);
-      body.mass = std::exp(2 * uniform(engine));
-      body.inertia = 0.01 * std::exp(2 * uniform(engine));
-      body.velocity = Vec2{uniform(engine), uniform(engine)};
-      body.angular_velocity = 20 * uniform(engine);
-      m.bodies.push_back(body);
+      const double mass = std::exp(2 * uniform(engine)), inertia = 0.01 * std::exp(2 * uniform(engine)),
+                   vx = uniform(engine), vy = uniform(engine), spin = 20 * uniform(engine);
+      text += test::body(fmt::format("b{}", b), mass, inertia,
+                         fmt::format("velocity = [{}, {}]\nangular_velocity = {}\n", vx, vy, spin));
     }
     // a ring of joints with clearance, each journal off centre but free
-    for (int b = 0; b < bodies; ++b) {
-      RevoluteJoint j;
-      j.name = "j" + std::to_string(b);
-      j.between = {b == 0 ? ground : b - 1, b};
-      j.clearance = Clearance{1e-3, 2e-2, 0, std::nullopt, -1};
-      m.joints.push_back(j);
-    }
-    scene.run.duration = 1;
+    for (int b = 0; b < bodies; ++b)
+      text += test::pin(fmt::format("j{}", b), b == 0 ? "ground" : fmt::format("b{}", b - 1),
+                        fmt::format("b{}", b), {}, {}, test::loose(1e-3, 2e-2));
+    auto scene = parse_scene(text, "ring");
     const double h = trial % 2 ? 1e-4 : 1e-5;
     scene.nonsmooth.step = h;
-    const System system(m);
-    const auto start = assemble(m, RunOptions::Start::given);
+    const System system(scene.mechanism);
+    const auto start = assemble(scene.mechanism, RunOptions::Start::given);
     Simulation simulation(scene, "nonsmooth", {.start = start});
     auto e = system.make_evaluation();
     ContactRow row;
@@ -130,7 +119,6 @@ TEST_CASE("no time step raises the energy beyond the bound of the scheme", "[inv
     const double initial = before;
     auto state = start;
     std::vector<double> middle(system.n());
-    const double r = *surface.restitution;
     for (int i = 1; i <= 300; ++i) {
       // The configuration of the scheme, half a step later.
       for (int c = 0; c < system.n(); ++c) middle[c] = state.q[c] + 0.5 * h * state.v[c];
