@@ -2,6 +2,7 @@
 #pragma once
 
 #include <sys/types.h>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -63,6 +64,22 @@ class Listener final : public Observer {
   void step(const Step& step) override {
     if (on_step) on_step(step);
   }
+};
+
+/// The forces of the elements at the end of the last step.
+class LastForces final : public Observer {
+ public:
+  Wants wants() const override { return {.forces = true, .steps = true}; }
+  void begin(const Layout& layout, const State&) override { elements = layout.forces; }
+  void step(const Step& step) override { step.forces(step.t1, now); }
+  /// Normal force of an element (N); NaN if there is none of this name.
+  double normal(const std::string& name) const {
+    for (std::size_t i = 0; i < elements.size(); ++i)
+      if (elements[i].name == name) return now.elements.at(i).fn;
+    return NAN;
+  }
+  std::vector<ForceElement> elements;
+  Forces now;
 };
 
 /// Contact onsets (impacts and beginnings of lasting contact) in the order of time.
