@@ -143,7 +143,7 @@ TEST_CASE("derivatives by the damping of a spring and damper are exact at its re
 TEST_CASE("derivatives of random penalty runs equal extrapolated differences of runs", "[sensitivity]") {
   // Two scenes of each kind with either integrator.
   const auto found = compare_random(
-      8, 20261126, compliant, "penalty", [](const std::string&) { return 1e-5; }, {}, {}, false);
+      8, 20261126, compliant, "penalty", [](const std::string&) { return 1e-5; }, false);
   CHECK(found.compared > 30);
 }
 
