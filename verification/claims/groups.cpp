@@ -1,7 +1,6 @@
 // Groups of equal discs: a one-dimensional gas against its closed form, conserved sums of a gas,
 // contact forces in a column.
 #include "verification/claims/claim.hpp"
-#include "verification/support/last_forces.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

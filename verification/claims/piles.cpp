@@ -4,7 +4,6 @@
 
 #include "mechanism/scene.hpp"
 #include "verification/claims/force_claims.hpp"
-#include "verification/support/last_forces.hpp"
 
 namespace freeplay::verification {
 namespace {
