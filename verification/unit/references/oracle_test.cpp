@@ -179,14 +179,3 @@ TEST_CASE("oracle: the first impulse balances the momenta of rod and slider", "[
     if (friction == 0.9L) CHECK(i.v_t_plus == 0);  // sticks
   }
 }
-
-TEST_CASE("oracle: plastic and fully elastic contacts", "[references]") {
-  const OracleRun<Long> plastic = nonsmooth_run(0, 0);
-  CHECK(plastic.end == OracleEnd::lasting_contact);
-  REQUIRE(plastic.impacts.size() == 1);
-  CHECK(plastic.t == plastic.impacts[0].t);
-  const OracleRun<Long> elastic = nonsmooth_run(0, 1, 0.05L);
-  CHECK(elastic.end == OracleEnd::end_time);
-  CHECK(elastic.t == 0.05L);
-  for (const OracleImpact<Long>& i : elastic.impacts) CHECK(i.v_n_plus == -i.v_n_minus);
-}
