@@ -17,40 +17,16 @@ const std::vector<Way> schemes{test::automatic, test::event_driven, test::chosen
 /// The schemes, and the penalty formulation with each adaptive integrator.
 const auto all_ways = test::with_integrators(schemes);
 
-test::MotionRows rows_of(const Way& way, const std::string& text, double apart) {
-  return test::motion_rows(scene_by(way, text), way.family, apart);
+test::MotionRows rows_of(const Way& way, const std::string& scene, double apart,
+                         const std::vector<std::string>& options = {}) {
+  return test::motion_rows(scene_by(way, test::scene_named(scene), options), way.family, apart);
 }
 
 bool doubtful(const Result& run) { return test::notes_of(run).find("warning: ") != std::string::npos; }
 
-/// A body on a guide along x or y, driven as `drive` says; speed 0: as the drive determines.
-std::string slider(double speed, const std::string& drive) {
-  const auto velocity = speed != 0 ? fmt::format("velocity = [{:.17g}, 0.0]\n", speed) : "";
-  return test::body("slider", 2.0, 0.01, velocity) + test::guide("guide", "ground", "slider") +
-         test::drive("it", "guide", drive + "\n") +
-         test::run_for(1.0, "discard = 0\nstart = \"assembled\"\n");
-}
-
-/// A rotor (J, kg m²) at 10 rad/s at the start, and a follower (m, kg) prescribed over its angle;
-/// `more`: other tables.
-std::string follower(double J, double m, const std::string& more, const std::string& curve) {
-  return test::body("rotor", 1, J, "angular_velocity = 10.0\n") + test::body("follower", m, 1e-4) +
-         test::pin("shaft", "ground", "rotor") + test::guide("guide", "ground", "follower", {0, 1}) +
-         "[drives.cam]\njoint = \"guide\"\nposition = \"lift\"\nof = \"shaft\"\n" + more +
-         "\n[curves.lift]\n" + curve + "\n";
-}
-const std::string motor = test::motor("motor", "shaft", 10.0) + test::run_for(0.6, "start = \"assembled\"\n");
-
-/// A barrier of 2 J about x = 0.5 m: an opposing force of 200 N at 0.49 m, and the opposite one
-/// behind it.
-std::string hill(const char* between) {
-  return slider(1, fmt::format(R"(force = "hill"
-against = "position"
-[curves.hill]
-shape = "table"
-between = "{}"
-points = [[0.47, 0.0], [0.48, 0.0], [0.49, -200.0], [0.5, 0.0], [0.51, 200.0], [0.52, 0.0], [0.53, 0.0]])",
-                               between));
+/// A run against a barrier of 2 J.
+Result on_hill(const Way& way, const std::string& between) {
+  return test::finished(way, test::scene_file("slider_on_hill"), {"curves.hill.between=" + between});
 }
 
 double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
@@ -60,17 +36,12 @@ double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
 TEST_CASE("curves: recorded rows of a prescribed motion lie on its curve between the ends of steps",
           "[curves]") {
   constexpr double A = 0.03, w = 2 * pi * 10;
-  const auto text = slider(0, R"(position = "shake"
-[curves.shake]
-shape = "harmonic"
-amplitude = 0.03
-frequency = 10)");
   // Steps of time stepping are a 32nd of the period, with Hermite's cubic through their halves: an
   // error of (2π/64)⁴/384 = 2.4e-7 of the amplitude in position, and (2π/64)³/(36√12) = 8e-6 of it
   // in speed. Those of Dormand and Prince have less. The bound is a factor of ten above.
   for (const auto& way : schemes) {
     CAPTURE(way.name);
-    const auto rows = rows_of(way, text, 1e-4);
+    const auto rows = rows_of(way, "shaken_slider", 1e-4);
     CHECK(rows.worst([&](const auto& r) { return r.q[0] - A * std::sin(w * r.t); }) < 2.4e-6 * A);
     CHECK(rows.worst([&](const auto& r) { return r.v[0] - A * w * std::cos(w * r.t); }) < 8e-5 * A * w);
   }
@@ -94,7 +65,7 @@ TEST_CASE("curves: a ball on a table shaken at 60 to 500 Hz, in every scheme and
                             "frequency = {:.17g}\n",
                             A, f) +
                         test::run_for(0.1, "discard = 0\nstart = \"assembled\"\n");
-      const auto rows = rows_of(way, text, 1e-5);
+      const auto rows = test::motion_rows(scene_by(way, text), way.family, 1e-5);
       CHECK(rows.run.work.handovers == 0);
       CHECK(rows.worst([&](const auto& r) { return r.q[1] - A * std::sin(w * r.t); }) < 1e-5 * A);
       // The ball does not penetrate the table in any row: the contact is with the table at its
@@ -108,8 +79,7 @@ TEST_CASE("curves: a table with four discs keeps its sine through hand-overs to 
   // Impacts accumulate. Steps of time stepping as in the test of rows: 2.4e-7 of the amplitude; those
   // of the event-driven scheme less. Bound: 1e-6.
   constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w);
-  const auto text = test::scene_named("shaken_discs");
-  const auto rows = rows_of(test::automatic, text, 1e-4);
+  const auto rows = rows_of(test::automatic, "shaken_discs", 1e-4);
   CHECK(rows.run.work.handovers > 0);
   CHECK(rows.run.work.stepped > 0);
   CHECK(rows.rows.size() == 10001);
@@ -124,11 +94,11 @@ TEST_CASE("curves: fixed steps longer than the pieces of a force curve are repor
   // kinks); one of 0.04 m uses the mean of all its pieces, zero, and the slider passes.
   for (const double step : {0.013, 0.04, 0.1}) {
     CAPTURE(step);
-    CHECK_THAT(test::notes_of(test::finished(test::fixed_steps(step), hill("linear"))),
+    CHECK_THAT(test::notes_of(on_hill(test::fixed_steps(step), "linear")),
                Catch::Contains("warning: the curve of it deviates from a straight line"));
   }
   // a hundred steps a piece
-  const auto run = test::finished(test::fixed_steps(1e-4), hill("linear"));
+  const auto run = on_hill(test::fixed_steps(1e-4), "linear");
   CHECK_FALSE(doubtful(run));
   // Second order: the error of the time of reversal is (100/s · 1e-4 s)² of its π/100 s.
   CHECK(run.final_state.q[0] == Approx(0.48 - (1 - 0.48 - pi / 100)).margin(1e-4).epsilon(0));
@@ -151,7 +121,7 @@ TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in
   const auto check = [&](const std::vector<Way>& ways, const char* curve, const auto& y, double bound) {
     for (const auto& way : ways) {
       CAPTURE(way.name, curve);
-      const auto rows = rows_of(way, follower(0.01, 0.5, motor, curve), 1e-4);
+      const auto rows = rows_of(way, "driven_follower", 1e-4, {fmt::format("drives.cam.position={}", curve)});
       CHECK(rows.worst([&](const auto& r) { return r.q[2] - speed * r.t; }) < 1e-9);
       CHECK(rows.worst([&](const auto& r) { return r.q[4] - y(r.q[2]); }) < bound * lift);
     }
@@ -159,15 +129,11 @@ TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in
   // y⁗ ≤ 360 lift: over half a 32nd of the rise the error of Hermite's cubic is 360
   // (1/64)⁴/384 = 5.6e-8 of the lift. Projection leaves a velocity error of second order, part of
   // which enters the cubic: a hundred times that.
-  check(all_ways,
-        "shape = \"rise-dwell-return\"\nto = 0.03\nstart = 0.5\nrise = 1.0\ndwell = 0.5\nreturn = 1.0\n"
-        "rest = 3.2831853071795862\nrepeat = true",
-        smooth, 5.6e-6);
+  check(all_ways, "lift", smooth, 5.6e-6);
   // The step that passes the first knot ends 1e-4 of the rise after it, at a rate of 6e-4 lift/rise.
   // Hermite's cubic over a step of a fifth of a radian before it has an error of 4/27 · 0.2 · 6e-4 =
   // 1.8e-5 of the lift in position. The bound was set before the cause of the error was known.
-  check(schemes, "shape = \"table\"\nbetween = \"spline\"\npoints = [[0.5, 0.0], [1.5, 0.03], [2.5, 0.0]]",
-        spline, 1.8e-5);
+  check(schemes, "spline", spline, 1.8e-5);
 }
 
 TEST_CASE("curves: a follower's spring turns a rotor back at the angle given by its energy", "[curves]") {
@@ -180,20 +146,7 @@ TEST_CASE("curves: a follower's spring turns a rotor back at the angle given by 
   const double turn = 1 + 0.5 * low;
   for (const auto& way : all_ways) {
     CAPTURE(way.name);
-    const auto rows =
-        rows_of(way,
-                follower(0.002, 0.05,
-                         test::spring("spring", "ground", "follower", {0, 1.0}, {0, 0}, 1000.0, 1.0) +
-                             test::run_for(0.4, "start = \"assembled\"\n"),
-                         R"(shape = "rise-dwell-return"
-to = 0.03
-start = 1.0
-rise = 0.5
-dwell = 0.2
-return = 0.5
-rest = 5.083185307179586
-repeat = true)"),
-                1e-4);
+    const auto rows = rows_of(way, "sprung_follower", 1e-4);
     // Rows miss the reversal by up to half their distance: ½ α (5e-5 s)², with α = k y y′/J < 400
     // rad/s² · 60.
     const double farthest = -rows.worst([&](const auto& r) { return std::min(0.0, -r.q[2]); });
@@ -212,7 +165,7 @@ TEST_CASE("curves: a slider does not pass a potential barrier higher than its en
   for (const auto& way : all_ways)
     for (const char* between : {"linear", "spline"}) {
       CAPTURE(way.name, between);
-      const auto run = test::finished(way, hill(between));
+      const auto run = on_hill(way, between);
       CHECK_FALSE(doubtful(run));
       // A hundred steps at a tolerance of 1e-9, of adaptive time steps 1e-6. The force decreases
       // just beyond the reversal: 1e-6 more energy moves it 1e-6·√… further.
@@ -229,27 +182,24 @@ TEST_CASE("curves: the speed under a force much faster than the run is exact in 
   // steps of a sixteenth of a period, a cubic between the ends of an integrator's step has an error
   // of (2π/16)⁴/384 = 6e-5 of the sine.
   for (const double f : {200.0, 3000.0}) {
-    const auto text = slider(0, fmt::format(R"(force = "push"
-[curves.push]
-shape = "harmonic"
-amplitude = 10.0
-frequency = {:.17g})",
-                                            f));
+    const auto scene_of = [f](const Way& way) {
+      auto scene = scene_by(way, test::scene_named("slider_under_harmonic_force"),
+                            {fmt::format("curves.push.frequency={}", f)});
+      scene.run.duration = 20 / f;
+      return scene;
+    };
     const double w = 2 * pi * f, A = 5 / w;
     for (const auto& way : all_ways) {
       if (way.scheme == Scheme::event_driven) continue;  // same as automatic
       CAPTURE(f, way.name);
-      auto scene = scene_by(way, text);
-      scene.run.duration = 20 / f;
-      const auto rows = test::motion_rows(scene, way.family, 0.01 / f);
+      const auto rows = test::motion_rows(scene_of(way), way.family, 0.01 / f);
       CHECK(rows.worst([&](const auto& r) { return r.v[0] - A * (1 - std::cos(w * r.t)); }) <
             (way.penalty() ? 1e-4 : 1.5e-3) * A);
       CHECK(rows.worst([&](const auto& r) { return r.q[0] - A * (r.t - std::sin(w * r.t) / w); }) <
             1e-4 * A / w);
       CHECK_FALSE(doubtful(rows.run));
     }
-    auto fixed = scene_by(test::penalty_by("rk4"), text);
-    fixed.run.duration = 20 / f;
+    auto fixed = scene_of(test::penalty_by("rk4"));
     fixed.penalty.step = 0.03 / f;
     CHECK_FALSE(doubtful(test::finished(fixed, Family::penalty)));
     fixed.penalty.step = 0.3 / f;
@@ -263,7 +213,7 @@ TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no han
   // (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
-  const auto rows = rows_of(test::automatic, test::scene_named("oscillator_on_stop"), 1e-4);
+  const auto rows = rows_of(test::automatic, "oscillator_on_stop", 1e-4);
   CHECK(rows.run.work.handovers == 0);
   // 1e-10 at a scale of 1 m in each of at most 28,000 steps.
   CHECK(rows.worst([&](const auto& r) {

@@ -1,5 +1,6 @@
 // Tables over time: the effect of a pulse is its area, however short the pulse, in every integrator
 // and scheme.
+#include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -9,14 +10,12 @@ namespace {
 using Table = std::vector<std::pair<double, double>>;
 
 /// A wheel of 0.1 kg m² on its axle, driven by a table over time alone.
-Scene wheel(const Table& table, const std::vector<std::string>& sets) {
+std::string wheel(const Table& table) {
   std::string text;
   for (const auto& [t, torque] : table)
     text += fmt::format("{}[{}, {}]", text.empty() ? "" : ", ", t, torque);
-  return parse_scene(test::body("wheel", 1.0, 0.1) + test::pin("axle", "ground", "wheel") +
-                         fmt::format("[drives.motor]\njoint = \"axle\"\ntorque_table = [{}]\n", text) +
-                         test::run_for(1.0),
-                     "wheel.toml", sets);
+  return test::body("wheel", 1.0, 0.1) + test::pin("axle", "ground", "wheel") +
+         test::drive("motor", "axle", fmt::format("torque_table = [{}]\n", text)) + test::run_for(1.0);
 }
 
 /// ∫ M dt and ∫∫ M dt² from 0 to 1 s: the table is linear between knots and constant beyond them.
@@ -43,23 +42,14 @@ std::pair<long double, long double> moments(const Table& table) {
   return {speed, angle};
 }
 
-const std::vector<std::pair<std::string, std::vector<std::string>>> methods = {
-    {"penalty", {"penalty.integrator=rk4", "penalty.step=3e-3"}},
-    {"penalty", {"penalty.integrator=dopri5"}},
-    {"penalty", {"penalty.integrator=bulirsch_stoer"}},
-    {"penalty", {"penalty.integrator=adams_bashforth_moulton"}},
-    {"penalty", {"penalty.integrator=rosenbrock4"}},
-    {"nonsmooth", {"nonsmooth.scheme=event-driven"}},
-    {"nonsmooth", {"nonsmooth.scheme=automatic"}},
-    {"nonsmooth", {"nonsmooth.scheme=moreau-jean"}},
-    {"nonsmooth", {"nonsmooth.scheme=moreau-jean", "nonsmooth.step=3e-3"}}};
+const auto methods = test::with_integrators({test::penalty_by("rk4"), test::event_driven, test::automatic,
+                                             test::chosen_steps, test::fixed_steps(3e-3)});
 
 }  // namespace
 
 TEST_CASE("pulses shorter than any step turn a wheel by their area", "[knots]") {
-  const auto& [family, sets] = GENERATE(from_range(methods));
-  CAPTURE(family, sets);
-  const bool stepped = sets.size() > 1 && family == "nonsmooth";
+  const auto way = GENERATE(from_range(methods));
+  CAPTURE(way.name);
   std::mt19937 engine(18);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int trial = 0; trial < 12; ++trial) {
@@ -75,8 +65,7 @@ TEST_CASE("pulses shorter than any step turn a wheel by their area", "[knots]") 
       t += width;
     }
     CAPTURE(trial, least);
-    const auto scene = wheel(table, sets);
-    const auto run = test::finished(scene, family == "penalty" ? Family::penalty : Family::nonsmooth);
+    const auto run = test::finished(way, wheel(table), {"penalty.step=3e-3"});
     const auto [speed, angle] = moments(table);
     // Torques are linear between knots: quadratures of second order and above are exact there. The
     // remaining error is rounding of the knots themselves (1e-16 of 1 s, in a width of 1e-9: 1e-7
@@ -84,7 +73,7 @@ TEST_CASE("pulses shorter than any step turn a wheel by their area", "[knots]") 
     CHECK(run.final_state.v[2] == Approx(double(speed / 0.1L)).margin(1e-5));
     // A fixed step applies the mean of a pulse over the step: the error of the angle is the effect
     // of the pulse over half a step.
-    CHECK(run.final_state.q[2] == Approx(double(angle / 0.1L)).margin(stepped ? 4 * 10 * 1.5e-3 : 1e-5));
+    CHECK(run.final_state.q[2] == Approx(double(angle / 0.1L)).margin(way.fixed() ? 4 * 10 * 1.5e-3 : 1e-5));
     CHECK(run.work.rejected < 400);
     CHECK(run.work.steps < 5000);
   }
