@@ -1,11 +1,10 @@
 #include "measure/waveform.hpp"
 
-#include <boost/math/distributions/fisher_f.hpp>
-
 #include <algorithm>
 #include <numbers>
 
 #include "measure/alignment.hpp"
+#include "numerics/quantiles.hpp"
 
 namespace freeplay {
 namespace {
@@ -91,10 +90,7 @@ MeanDifference difference_of_means(const Samples& x, const Samples& y, double co
   constexpr double many = 1e6;
   const double unknown = shared ? estimated / v.freedom : vv / v.freedom + ww / w.freedom;
   const double f0 = unknown > 0 ? std::min(many, all * all / unknown) : many;
-  d.limit = both > 0
-                ? std::sqrt(all * quantile(complement(
-                                      boost::math::fisher_f(std::max(1.0, all * all / both), f0), error)))
-                : 0;
+  d.limit = both > 0 ? std::sqrt(all * fisher_upper_quantile(std::max(1.0, all * all / both), f0, error)) : 0;
   return d;
 }
 

@@ -1,8 +1,8 @@
 // Root of a function between two places of opposite signs, by algorithm 748 (Alefeld, Potra and Shi, ACM
-// Transactions on Mathematical Software 21 (1995) 327; Boost).
+// Transactions on Mathematical Software 21 (1995) 327; Boost). Boost's headers cost seconds of compilation, so that
+// only bracketed_root.cpp includes them.
 #pragma once
 
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cstdint>
 
 namespace freeplay {
@@ -13,18 +13,20 @@ struct RootSearch {
   std::uintmax_t most = 100;
 };
 
+/// bracketed_root of f(context, x).
+double root_between(double (*f)(const void* context, double x), const void* context, double a, double b,
+                    double fa, double fb, RootSearch search);
+
 /// Root of f between a and b, where f has the opposite signs fa and fb; b if rounding leaves no interval.
 template <class F>
-double bracketed_root(F f, double a, double b, double fa, double fb, RootSearch search = {}) {
-  if (a >= b) return b;
-  const boost::math::tools::eps_tolerance<double> close(search.bits);
-  const auto [lo, hi] = boost::math::tools::toms748_solve(f, a, b, fa, fb, close, search.most);
-  return 0.5 * (lo + hi);
+double bracketed_root(const F& f, double a, double b, double fa, double fb, RootSearch search = {}) {
+  return root_between([](const void* g, double x) -> double { return (*static_cast<const F*>(g))(x); }, &f, a,
+                      b, fa, fb, search);
 }
 
 /// The same where f is not known at a and b; `most` includes these two evaluations.
 template <class F>
-double bracketed_root(F f, double a, double b, RootSearch search) {
+double bracketed_root(const F& f, double a, double b, RootSearch search) {
   return bracketed_root(f, a, b, f(a), f(b), {search.bits, search.most - 2});
 }
 

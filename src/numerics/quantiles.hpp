@@ -1,4 +1,4 @@
-// Quantiles of distributions, by Boost.Math. Its headers cost seconds of compilation, so that only
+// Quantiles and probabilities of distributions, by Boost.Math. Its headers cost seconds of compilation, so that only
 // quantiles.cpp includes them.
 #pragma once
 
@@ -10,5 +10,10 @@ double normal_quantile(double p);
 double student_quantile(double freedom, double p);
 /// The same of the chi-squared distribution.
 double chi_squared_quantile(double freedom, double p);
+/// x with the probability p of greater values of Fisher's distribution with two degrees of freedom,
+/// both > 0.
+double fisher_upper_quantile(double freedom1, double freedom2, double p);
+/// Probability of more than k successes in n trials of probability p each.
+double binomial_above(int n, double p, int k);
 
 }  // namespace freeplay

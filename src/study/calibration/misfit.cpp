@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <stdexcept>
+
+#include "numerics/quantiles.hpp"
 
 namespace freeplay {
 namespace {
@@ -257,8 +259,7 @@ bool predictions_hold(const std::vector<Forecast>& forecasts, const std::vector<
     ++count;
   }
   // P(at least `outside`)
-  return outside == 0 ||
-         boost::math::cdf(boost::math::complement(boost::math::binomial(count, 0.05), outside - 1)) > 0.005;
+  return outside == 0 || binomial_above(count, 0.05, outside - 1) > 0.005;
 }
 
 std::vector<std::string> overrides_at(const Calibration& c, const Eigen::VectorXd& xi) {
