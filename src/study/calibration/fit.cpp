@@ -1,5 +1,7 @@
 // Minimum of the calibration misfit, its profile likelihood and a sample of the likelihood: bounded
 // problems of few unknowns.
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -23,7 +23,7 @@
 // A Misfit owns its targets with their surfaces, and the scatter of each set of runs.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include <optional>
 #include <string>

@@ -36,7 +36,7 @@
 // outcome at ξ and is absent if σ₀² is unknown.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <vector>
 
 namespace freeplay {
