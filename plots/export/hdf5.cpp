@@ -15,6 +15,7 @@
 #include <tuple>
 #include <utility>
 
+#include "io/files/build_identity.hpp"
 #include "io/files/input_file.hpp"
 #include "io/scene/points_file.hpp"
 #include "mechanism/error.hpp"
@@ -22,7 +23,6 @@
 #include "plots/export/hdf5_file.hpp"
 #include "plots/tables/columns.hpp"
 #include "plots/tables/table.hpp"
-#include "version.hpp"
 
 namespace freeplay::hdf5 {
 namespace {
@@ -352,7 +352,7 @@ Exported export_hdf5(const Path& folder, const Path& path, StopToken stop) {
   const auto sources = sources_in(folder, stop);
   Exported done;
   hdf5::File file(path);
-  file.set(file.root(), "exported_by", fmt::format("freeplay {} ({})", version, commit));
+  file.set(file.root(), "exported_by", "freeplay " + version_text());
   for (const auto& source : sources)
     if (source.group.empty())
       write(file, file.root(), source, stop, done);

@@ -2,12 +2,12 @@
 
 #include <pybind11/pybind11.h>
 
+#include "io/files/build_identity.hpp"
 #include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "record.hpp"
 #include "values/snapshot.hpp"
 #include "values/stop.hpp"
-#include "version.hpp"
 
 namespace py = pybind11;
 
@@ -45,7 +45,7 @@ PYBIND11_MODULE(_freeplay, m) {
   freeplay::python::bind_runs(m);
   freeplay::python::bind_studies(m);
   freeplay::python::bind_motions(m);
-  m.def("version", [] { return std::string(freeplay::version); });
-  m.def("commit", [] { return std::string(freeplay::commit); });
+  m.def("version", [] { return std::string(freeplay::build_identity().version); });
+  m.def("commit", [] { return std::string(freeplay::build_identity().commit); });
   m.def("refuse_forked", &freeplay::python::refuse_forked);
 }

@@ -17,11 +17,11 @@
 
 #include "cli/cluster/shards.hpp"
 #include "cli/help.hpp"
+#include "io/files/build_identity.hpp"
 #include "io/files/identity.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/spelling.hpp"
 #include "study/comparison/settings.hpp"
-#include "version.hpp"
 
 namespace freeplay::cli {
 
@@ -299,7 +299,7 @@ Program::Program(StopToken stop)
     : stop_(stop),
       app_(std::make_unique<CLI::App>(
           "Freeplay: dynamics of mechanisms with clearance joints in two formulations")) {
-  app_->set_version_flag("--version", fmt::format("freeplay {} ({})", version, commit));
+  app_->set_version_flag("--version", "freeplay " + version_text());
   app_->set_help_flag("-h,--help", "print this help");
   app_->require_subcommand(0, 1);  // so that a word that is no command is named
 }

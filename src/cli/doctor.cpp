@@ -8,12 +8,12 @@
 #include <regex>
 
 #include "cli/command_line.hpp"
+#include "io/files/build_identity.hpp"
 #include "io/files/child.hpp"
 #include "io/files/identity.hpp"
 #include "mechanism/error.hpp"
 #include "plots/export/export.hpp"
 #include "values/diagnostic.hpp"
-#include "version.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -71,7 +71,7 @@ int list_diagnostics() {
 
 int doctor(const DoctorRequest& request) {
   if (request.diagnostics) return list_diagnostics();
-  fmt::print("freeplay {} ({})\n{}\n", version, commit, program_identity());
+  fmt::print("freeplay {}\n{}\n", version_text(), program_identity());
   bool figures = true;
   for (const auto& c : companions) {
     const auto found = version_of(c, request.stop);

@@ -11,6 +11,7 @@
 #include "cli/folders.hpp"
 #include "cli/terminal.hpp"
 #include "cli/validate.hpp"
+#include "io/files/build_identity.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
@@ -24,7 +25,6 @@
 #include "study/verdicts/verdicts.hpp"
 #include "values/family.hpp"
 #include "verification/experiment/flores2011.hpp"
-#include "version.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -167,9 +167,8 @@ int validate_study(const ValidateRequest& request) {
   }
   write_json(set.place() / "experiment.json", verification::to_json(found), origin);
   write_tables(study, results, request.conduct(), set.place());
-  const auto text =
-      verification::experiment_document(study, results, fitted ? &*fitted : nullptr, fit ? &*fit : nullptr,
-                                        fmt::format("{} ({})", version, commit));
+  const auto text = verification::experiment_document(study, results, fitted ? &*fitted : nullptr,
+                                                      fit ? &*fit : nullptr, version_text());
   if (request.document.empty()) write_file(set.place() / "experiment.md", text);
   if (request.stop()) return interrupted(Kept::runs);
   if (!request.document.empty()) real_folder(request.document);  // refused before the results are replaced

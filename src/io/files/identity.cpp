@@ -4,14 +4,13 @@
 #include <gnu/libc-version.h>
 #include <Eigen/Core>
 
-#include "content.hpp"
+#include "io/files/build_identity.hpp"
 #include "io/files/digest.hpp"
 #include "io/files/escaping.hpp"
 #include "io/files/recorded_run.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/toml_text.hpp"
 #include "io/scene/write_scene.hpp"
-#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -107,10 +106,11 @@ std::string Identity::digest() const {
 }
 
 std::string program_identity() {
+  const auto built = build_identity();
   static const std::string once =
-      text("version", version) + text("sources", content::sources) + text("compiler", content::compiler) +
-      text("flags", content::flags) + text("build", content::build) +
-      text("instructions", instruction_set()) + text("processor", processor()) +
+      text("version", built.version) + text("sources", built.sources) + text("compiler", built.compiler) +
+      text("flags", built.flags) + text("build", built.build) + text("instructions", instruction_set()) +
+      text("processor", processor()) +
       text("libraries", fmt::format("libc {}, Eigen {}.{}.{}", gnu_get_libc_version(), EIGEN_WORLD_VERSION,
                                     EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION));
   return once;

@@ -6,12 +6,12 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "io/files/build_identity.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/recorded_run.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/write_scene.hpp"
-#include "version.hpp"
 
 namespace freeplay {
 namespace {
@@ -195,8 +195,8 @@ nlohmann::json provenance() { return provenance(Scene{}); }
 
 nlohmann::json provenance(const Scene& scene, const Identity& identity) {
   nlohmann::json document = {{"program", "freeplay"},
-                             {"version", version},
-                             {"commit", commit},
+                             {"version", build_identity().version},
+                             {"commit", build_identity().commit},
                              {"scene_file", scene.file.string()},
                              {"scene", scene.text},
                              {"overrides", scene.overrides},
