@@ -16,8 +16,6 @@
 namespace freeplay {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 [[noreturn]] void missing(const std::string& key, std::string_view why) {
   throw ModelError(key, fmt::format("is missing: {}", why));
 }
@@ -156,7 +154,7 @@ double elastic_duration(const ElasticLaw& law, double mass, double speed) {
   if (!(law.energy(hi) >= kinetic)) return 2 * hi / speed;
   const double depth = bracketed_root([&](double d) { return law.energy(d) - kinetic; }, 0.0, hi, {40, 60}),
                p = depth * law.force(depth) / kinetic;  // p = n + 1
-  return 2 * depth / speed * std::sqrt(pi) * std::tgamma(1 + 1 / p) / std::tgamma(0.5 + 1 / p);
+  return 2 * depth / speed * std::sqrt(std::numbers::pi) * std::tgamma(1 + 1 / p) / std::tgamma(0.5 + 1 / p);
 }
 
 // Damping factors χ(e) and the restitution that they deliver; contact_law.hpp has the equation.
