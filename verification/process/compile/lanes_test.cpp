@@ -41,7 +41,7 @@ class LaneScenes {
         weigh(bar, length);
       play("B");
       if (loose_) play("D");
-      return read_scene(test::scene_file("loose_four_bar"), keys_);
+      return read_scene(test::scene_file("tests/loose_four_bar"), keys_);
     }
     for (const auto& [bar, length] : {std::pair{"crank", 0.05}, {"rod", 0.3}}) weigh(bar, length);
     set("bodies.slider.mass", between(0.3, 2));
@@ -54,7 +54,7 @@ class LaneScenes {
       keys_.push_back(fmt::format(
           "loads.guide={{type=\"joint-friction\", joint=\"guide\", force={}, regularisation=1e-3}}",
           between(0.5, 20)));
-    return read_scene(test::scene_file("loose_slider_crank"), keys_);
+    return read_scene(test::scene_file("tests/loose_slider_crank"), keys_);
   }
   double step() const { return step_; }
 

@@ -116,7 +116,7 @@ const char* const laned_axes =
 
 TEST_CASE("a sweep has the same database with and without lanes", "[lanes][sweep][compiled]") {
   const test::CompilerCache cache;
-  const auto study = study_of("loose_four_bar", laned_sweep);
+  const auto study = study_of("tests/loose_four_bar", laned_sweep);
   const auto [a, b] =
       with_and_without_lanes("sweep.db", [&](const fs::path& place) { return swept_in(study, place, 2); });
   CHECK(a.ran == 24);
@@ -128,7 +128,7 @@ TEST_CASE("a sweep has the same database with and without lanes", "[lanes][sweep
 TEST_CASE("a sweep of accelerations has the same database with and without lanes",
           "[lanes][sweep][compiled]") {
   const test::CompilerCache cache;
-  const auto study = study_of("loose_slider_crank",
+  const auto study = study_of("tests/loose_slider_crank",
                               "formulations = [\"nonsmooth\"]\njoint = \"C\"\n"
                               "accelerometer = \"acceleration\"\n"
                               "position = \"position\"\nrevolutions = 1\ndiscard = 1\nstarts = 5\n"
@@ -153,21 +153,21 @@ TEST_CASE("bifurcations and basins have the same points with and without lanes",
   for (const char* section : {"each touch", "A.angle crosses 40 deg upwards"}) {
     CAPTURE(section);
     const auto study =
-        study_of("loose_slider_crank", fmt::format("{}[bifurcation]\nsection = \"{}\"\ndiscard = 1\n"
-                                                   "keep = 2\nstarts = 1\naxis = \"clearance\"\n",
-                                                   laned_axes, section));
+        study_of("tests/loose_slider_crank", fmt::format("{}[bifurcation]\nsection = \"{}\"\ndiscard = 1\n"
+                                                         "keep = 2\nstarts = 1\naxis = \"clearance\"\n",
+                                                         laned_axes, section));
     check(study, *study.bifurcation, "bifurcation", bifurcation_chains(study), 9, 30000);
   }
-  const auto study = study_of("loose_slider_crank", std::string(laned_axes) +
-                                                        "[basin]\nsection = \"every period\"\n"
-                                                        "discard = 1\nkeep = 2\n");
+  const auto study = study_of("tests/loose_slider_crank", std::string(laned_axes) +
+                                                              "[basin]\nsection = \"every period\"\n"
+                                                              "discard = 1\nkeep = 2\n");
   check(study, *study.basin, "basin", basin_chains(study), 6, 15000);
 }
 
 TEST_CASE("a calibration has the same runs and fit with and without lanes", "[lanes][calibrate][compiled]") {
   const test::CompilerCache cache;
   const auto study = study_of(
-      "loose_slider_crank",
+      "tests/loose_slider_crank",
       "joint = \"C\"\naccelerometer = \"acceleration\"\nrevolutions = 1\ndiscard = 1\n"
       "starts = 1\n[calibrate]\nformulation = \"nonsmooth\"\npoints = 5\nstarts = 1\nrevolutions = 1\n"
       "refinements = 0\n[calibrate.unknowns.clearance]\nkey = \"joints.C.clearance\"\nlow = 2e-4\n"
@@ -182,7 +182,7 @@ TEST_CASE("a calibration has the same runs and fit with and without lanes", "[la
 
 TEST_CASE("a sweep in lanes that is stopped keeps what was finished", "[lanes][sweep][compiled]") {
   const test::CompilerCache cache;
-  const auto study = study_of("loose_four_bar", laned_sweep);
+  const auto study = study_of("tests/loose_four_bar", laned_sweep);
   const auto tries = with_and_without_lanes("sweep.db", [&](const fs::path& place) {
     std::size_t made = 0;
     int tries = 0;

@@ -22,7 +22,7 @@ Scene lever(const std::vector<double>& areas, std::vector<std::string> sets) {
   if (!areas.empty())
     sets.insert(sets.end(), {fmt::format("drives.hammer.torque_table=[{}]", table),
                              fmt::format("run.duration={}", t - 0.038)});
-  return read_scene(test::scene_file("lever_on_stop"), sets);
+  return read_scene(test::scene_file("tests/lever_on_stop"), sets);
 }
 
 /// Greatest separation speed over the greatest approach speed at the stop (m/s), from `from` to

@@ -9,7 +9,7 @@ using test::penalty_by, test::event_driven, test::automatic, test::chosen_steps,
 TEST_CASE("the energy ledger closes over kinks, dampers and cams in every scheme", "[compliant]") {
   // Relative to kinetic and stored energy: tolerance times some thousand steps; for fixed steps,
   // first order in the changes at kinks.
-  for (const auto& scene : {"cable_and_buffer", "cam_and_lever"})
+  for (const auto& scene : {"tests/cable_and_buffer", "tests/cam_and_lever"})
     for (const auto& [way, bound] : {std::pair{test::penalty, 1e-6},
                                      {penalty_by("rosenbrock4"), 1e-5},
                                      {penalty_by("bulirsch_stoer"), 1e-6},
@@ -32,7 +32,7 @@ TEST_CASE("a lever on an eccentric cam has the angle of the tangent to its circl
     CAPTURE(way.name);
     const auto end =
         test::finished(
-            way, test::scene_file("cam_and_lever"),
+            way, test::scene_file("tests/cam_and_lever"),
             {"contacts.lobe.law=harmonic", "contacts.lobe.start=1.5707963267948966",
              "contacts.lobe.rise=3.141592653589793", "contacts.lobe.dwell=0",
              "contacts.lobe.return=3.141592653589793", "bodies.cam.angular_velocity=20",
@@ -52,7 +52,7 @@ TEST_CASE("a follower at rest on a dwell stays at rest, on cams of any size", "[
   for (const double size : {1e-4, 1.0, 1e3})
     for (const auto& way : {event_driven, automatic, fixed_steps(1e-3)}) {
       CAPTURE(size, way.name);
-      const auto end = test::finished(way, test::scene_file("roller_on_dwell"),
+      const auto end = test::finished(way, test::scene_file("tests/roller_on_dwell"),
                                       {fmt::format("gravity=[0, {}]", -size),
                                        fmt::format("bodies.follower.position=[0, {}]", 1.3 * size),
                                        fmt::format("joints.guide.at=[[0, {}], [0, 0]]", 1.3 * size),

@@ -26,7 +26,7 @@ bool doubtful(const Result& run) { return test::notes_of(run).find("warning: ") 
 
 /// A run against a barrier of 2 J.
 Result on_hill(const Way& way, const std::string& between) {
-  return test::finished(way, test::scene_file("slider_on_hill"), {"curves.hill.between=" + between});
+  return test::finished(way, test::scene_file("tests/slider_on_hill"), {"curves.hill.between=" + between});
 }
 
 double smooth_rise(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
@@ -41,7 +41,7 @@ TEST_CASE("curves: recorded rows of a prescribed motion lie on its curve between
   // in speed. Those of Dormand and Prince have less. The bound is a factor of ten above.
   for (const auto& way : schemes) {
     CAPTURE(way.name);
-    const auto rows = rows_of(way, "shaken_slider", 1e-4);
+    const auto rows = rows_of(way, "tests/shaken_slider", 1e-4);
     CHECK(rows.worst([&](const auto& r) { return r.q[0] - A * std::sin(w * r.t); }) < 2.4e-6 * A);
     CHECK(rows.worst([&](const auto& r) { return r.v[0] - A * w * std::cos(w * r.t); }) < 8e-5 * A * w);
   }
@@ -79,7 +79,7 @@ TEST_CASE("curves: a table with four discs keeps its sine through hand-overs to 
   // Impacts accumulate. Steps of time stepping as in the test of rows: 2.4e-7 of the amplitude; those
   // of the event-driven scheme less. Bound: 1e-6.
   constexpr double w = 2 * pi * 40, A = 0.9 * 9.81 / (w * w);
-  const auto rows = rows_of(test::automatic, "shaken_discs", 1e-4);
+  const auto rows = rows_of(test::automatic, "tests/shaken_discs", 1e-4);
   CHECK(rows.run.work.handovers > 0);
   CHECK(rows.run.work.stepped > 0);
   CHECK(rows.rows.size() == 10001);
@@ -121,7 +121,8 @@ TEST_CASE("curves: a position prescribed over a joint's angle is on its curve in
   const auto check = [&](const std::vector<Way>& ways, const char* curve, const auto& y, double bound) {
     for (const auto& way : ways) {
       CAPTURE(way.name, curve);
-      const auto rows = rows_of(way, "driven_follower", 1e-4, {fmt::format("drives.cam.position={}", curve)});
+      const auto rows =
+          rows_of(way, "tests/driven_follower", 1e-4, {fmt::format("drives.cam.position={}", curve)});
       CHECK(rows.worst([&](const auto& r) { return r.q[2] - speed * r.t; }) < 1e-9);
       CHECK(rows.worst([&](const auto& r) { return r.q[4] - y(r.q[2]); }) < bound * lift);
     }
@@ -146,7 +147,7 @@ TEST_CASE("curves: a follower's spring turns a rotor back at the angle given by 
   const double turn = 1 + 0.5 * low;
   for (const auto& way : all_ways) {
     CAPTURE(way.name);
-    const auto rows = rows_of(way, "sprung_follower", 1e-4);
+    const auto rows = rows_of(way, "tests/sprung_follower", 1e-4);
     // Rows miss the reversal by up to half their distance: ½ α (5e-5 s)², with α = k y y′/J < 400
     // rad/s² · 60.
     const double farthest = -rows.worst([&](const auto& r) { return std::min(0.0, -r.q[2]); });
@@ -183,7 +184,7 @@ TEST_CASE("curves: the speed under a force much faster than the run is exact in 
   // of (2π/16)⁴/384 = 6e-5 of the sine.
   for (const double f : {200.0, 3000.0}) {
     const auto scene_of = [f](const Way& way) {
-      auto scene = scene_by(way, test::scene_named("slider_under_harmonic_force"),
+      auto scene = scene_by(way, test::scene_named("tests/slider_under_harmonic_force"),
                             {fmt::format("curves.push.frequency={}", f)});
       scene.run.duration = 20 / f;
       return scene;
@@ -213,7 +214,7 @@ TEST_CASE("curves: a slow drive beside a fast oscillator on a stop causes no han
   // (π + 2θ)/ω.
   constexpr double m = 0.1, k = 1.0106e5, v = 0.45, stop = 2e-4;
   const double w = std::sqrt(k / m), A = v / w, theta = std::asin(stop / A), round = (pi + 2 * theta) / w;
-  const auto rows = rows_of(test::automatic, "oscillator_on_stop", 1e-4);
+  const auto rows = rows_of(test::automatic, "tests/oscillator_on_stop", 1e-4);
   CHECK(rows.run.work.handovers == 0);
   // 1e-10 at a scale of 1 m in each of at most 28,000 steps.
   CHECK(rows.worst([&](const auto& r) {

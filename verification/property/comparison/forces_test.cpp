@@ -90,8 +90,8 @@ TEST_CASE("a load cell in a guide includes the friction of the guide", "[forces]
   // 3 N are not enough against 5 N of friction, 8 N are.
   for (const double pull : {3.0, 8.0})
     for (const auto family : {Family::penalty, Family::nonsmooth}) {
-      const auto scene =
-          read_scene(test::scene_file("pulled_slider"), {fmt::format("loads.pull.force=[{}, 0]", pull)});
+      const auto scene = read_scene(test::scene_file("tests/pulled_slider"),
+                                    {fmt::format("loads.pull.force=[{}, 0]", pull)});
       Simulation simulation(scene, test::name_of(family));
       double last[2] = {NAN, NAN};
       test::Listener listener;

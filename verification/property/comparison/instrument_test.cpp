@@ -131,7 +131,7 @@ TEST_CASE("an encoder counts, an LVDT follows, and noise has its standard deviat
       squares += std::pow(value - 0.1 * std::cos(2 * t), 2);
     }
   };
-  Simulation(read_scene(test::scene_file("measured_wheel")), "nonsmooth")
+  Simulation(read_scene(test::scene_file("tests/measured_wheel")), "nonsmooth")
       .run({.until = 1, .observers = {&listener}});
   CHECK(count[0] == 50);
   CHECK(count[1] == 50);

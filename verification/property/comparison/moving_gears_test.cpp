@@ -107,7 +107,7 @@ TEST_CASE("a turn of the drive turns epicyclic gears in the ratio of Willis, fas
 TEST_CASE("a sun-and-planet gear turns its shaft twice in a stroke of the beam", "[gears][assembly]") {
   // Watt's gear: the planet is fixed to the rod and circles the equal sun; the rod returns to its
   // angle after a turn of the arm, thus θ_s = (1 + z_p/z_s) 2π.
-  const auto text = test::file_text(test::scene_file("sun_and_planet"));
+  const auto text = test::file_text(test::scene_file("tests/sun_and_planet"));
   for (const auto& way : both()) {
     CAPTURE(way.name, way.fixed());
     const auto scene = test::scene_by(way, text);
@@ -191,7 +191,7 @@ TEST_CASE("backlash between two gears on a swinging arm agrees with an independe
   const auto exact = reference::gears_on_arm_impacts(m, {0.3L, 0, 0, 0, -10, 0}, count);
   for (const auto& way : {test::event_driven, test::automatic, test::penalty}) {
     CAPTURE(way.name);
-    auto scene = test::scene_by(way, test::file_text(test::scene_file("gears_on_arm")));
+    auto scene = test::scene_by(way, test::file_text(test::scene_file("tests/gears_on_arm")));
     scene.run.duration = static_cast<double>(exact.back().t) + 1e-4;
     scene.penalty.contact = ContactLaw::exact;
     scene.penalty.tolerance = 1e-10;

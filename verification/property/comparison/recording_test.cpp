@@ -35,7 +35,7 @@ Scene thrown(double gap, double bandwidth, std::vector<std::string> sets) {
   sets.push_back(fmt::format("bodies.plate.position=[0.0, {}]", 0.2 + gap));
   for (const char* sensor : {"felt", "force"})
     sets.push_back(fmt::format("instruments.{}.bandwidth={}", sensor, bandwidth));
-  return read_scene(test::scene_file("thrown_block"), sets);
+  return read_scene(test::scene_file("tests/thrown_block"), sets);
 }
 
 /// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt,
@@ -91,7 +91,7 @@ TEST_CASE("event-driven and fixed-step runs under a table over time record finit
   CAPTURE(scheme);
   auto sets = scheme;
   if (sets.size() > 1) sets[1] = "nonsmooth.step=1e-3";
-  const auto scene = read_scene(test::scene_file("pendulum_with_table"), sets);
+  const auto scene = read_scene(test::scene_file("tests/pendulum_with_table"), sets);
   test::TemporaryFolder folder;
   REQUIRE(run_scene(scene, {.formulation = "nonsmooth", .folder = folder.path() / "o"}).ending.status ==
           Ending::Status::finished);

@@ -17,7 +17,7 @@ const std::string events = "nonsmooth.scheme=event-driven ",
 
 std::string by(const std::string& integrator) { return "penalty.integrator=" + integrator + " "; }
 
-std::string rig() { return text("instrumented_crank"); }
+std::string rig() { return text("tests/instrumented_crank"); }
 
 /// A scene whose pins of steel have an oil film.
 std::string oiled(std::string scene) {
@@ -28,7 +28,7 @@ std::string oiled(std::string scene) {
 
 /// Springs, a damper, preloaded friction and a table over time.
 void check_springs(const std::string& formulation, const std::string& set, Place contact_state) {
-  check({text("springs_and_brake"),
+  check({text("tests/springs_and_brake"),
          formulation,
          set,
          {before_knot, behind_knot, contact_state, flight},
@@ -92,12 +92,12 @@ TEST_CASE("snapshots: springs, dampers, preloaded friction and tables", "[snapsh
 
 TEST_CASE("snapshots: runs with kinks of springs and cams continue bit for bit", "[snapshot][compliant]") {
   for (const char* integrator : {"dopri5", "rosenbrock4", "adams_bashforth_moulton"})
-    check(text("cable_and_buffer"), "penalty", by(integrator) + "penalty.tolerance=1e-7");
+    check(text("tests/cable_and_buffer"), "penalty", by(integrator) + "penalty.tolerance=1e-7");
   for (const char* scheme : {"event-driven", "automatic", "moreau-jean"})
-    check(text("cable_and_buffer"), "nonsmooth", fmt::format("nonsmooth.scheme={}", scheme));
-  check(text("cam_and_lever"), "penalty", "penalty.tolerance=1e-7", {flight, contact});
+    check(text("tests/cable_and_buffer"), "nonsmooth", fmt::format("nonsmooth.scheme={}", scheme));
+  check(text("tests/cam_and_lever"), "penalty", "penalty.tolerance=1e-7", {flight, contact});
   for (const auto& scheme : {events, stepping + "2e-5"})
-    check(text("cam_and_lever"), "nonsmooth", scheme, {flight});
+    check(text("tests/cam_and_lever"), "nonsmooth", scheme, {flight});
 }
 
 TEST_CASE("snapshots: sparse factors with their pivots, and redundant rows", "[snapshot]") {
@@ -176,7 +176,7 @@ TEST_CASE("snapshots: the four corners of a guide with clearance, and every cont
 
 TEST_CASE("snapshots: the integral and the lag of a controller, across gears with backlash",
           "[controller][snapshot]") {
-  const auto axis = text("controlled_axis");
+  const auto axis = text("tests/controlled_axis");
   for (const auto& method : {std::string(), by("rosenbrock4")})
     check(axis, "penalty", method, {flight, contact});
   // Without restitution, since events do not resolve an accumulation of impacts.

@@ -10,7 +10,7 @@ namespace {
 
 Scene crank(std::vector<std::string> set = {"run.duration=0.01"}) {
   set.emplace_back("penalty.tolerance=1e-7");
-  return read_scene(test::scene_file("instrumented_crank"), set);
+  return read_scene(test::scene_file("tests/instrumented_crank"), set);
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ TEST_CASE("snapshots: return to a state before the first step, in a simulation t
   };
   for (const std::string integrator :
        {"rk4", "dopri5", "bulirsch_stoer", "adams_bashforth_moulton", "rosenbrock4"})
-    check_again(text("instrumented_crank"), "penalty",
+    check_again(text("tests/instrumented_crank"), "penalty",
                 {"penalty.integrator=" + integrator, "penalty.tolerance=1e-7", "run.duration=0.012",
                  "penalty.step=1e-5"});
   check_again(chain(), "penalty", {"penalty.tolerance=1e-7", "run.duration=0.05"});

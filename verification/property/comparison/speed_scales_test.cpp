@@ -14,9 +14,9 @@ TEST_CASE("a negligible start velocity does not change the response to a pulse",
   for (const char* speed : {"0", "1e-300", "1e-12"})
     for (const Family family : {Family::penalty, Family::nonsmooth}) {
       CAPTURE(speed, name_of(family));
-      const auto run = test::finished(
-          read_scene(test::scene_file("pulse_on_body"), {fmt::format("bodies.body.velocity=[{}, 0]", speed)}),
-          family);
+      const auto run = test::finished(read_scene(test::scene_file("tests/pulse_on_body"),
+                                                 {fmt::format("bodies.body.velocity=[{}, 0]", speed)}),
+                                      family);
       CHECK(run.final_state.v[0] == Approx(0.01).epsilon(1e-6));
       CHECK(run.final_state.q[0] == Approx(0.01 * (1 - 0.30001)).epsilon(1e-6));
     }
@@ -26,7 +26,7 @@ TEST_CASE("work of a drive far above the energy within the clearance does not sh
           "[penalty][curves]") {
   // The work of the drive was once controlled relative to the kinetic energy at 5e-8 m/s, below its
   // own rounding: 3.4 million steps.
-  auto scene = read_scene(test::scene_file("block_between_stops"));
+  auto scene = read_scene(test::scene_file("tests/block_between_stops"));
   for (const auto integrator : {Integrator::adams_bashforth_moulton, Integrator::rosenbrock4}) {
     CAPTURE(static_cast<int>(integrator));
     scene.penalty.integrator = integrator;
@@ -48,7 +48,7 @@ TEST_CASE("a motion much slower and smaller than its lever arms conserves its en
   // random signs √1250 · 2e-8 = 7e-7 of E. The bound, set after the first runs, is seven times
   // that. With a scale of 1e-3 rad/s the error was 4.8e-5 (bulirsch_stoer) to 5e-4 (dopri5).
   constexpr double J = 0.0130480311483, A = -6.99899223804e-11, p = 0.000147342645013;
-  auto scene = read_scene(test::scene_file("rotor_over_hills"));
+  auto scene = read_scene(test::scene_file("tests/rotor_over_hills"));
   const auto energy = [&](double theta, double omega) {
     return 0.5 * J * omega * omega + A * p / (2 * pi) * std::cos(2 * pi * theta / p);
   };

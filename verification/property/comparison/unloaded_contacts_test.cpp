@@ -271,7 +271,7 @@ TEST_CASE("in a grid of touching elastic discs in flight, rounding opens and clo
           "[cross][penalty][unloaded]") {
   // A disc hits nine touching ones. After it has separated from them, the only forces are at
   // indentations of 1e-17 m, which once opened and closed two contacts in turn without time passing.
-  auto scene = read_scene(test::scene_file("disc_on_grid"));
+  auto scene = read_scene(test::scene_file("tests/disc_on_grid"));
   for (const auto integrator :
        std::span(all_integrators).subspan(1)) {  // rk4 is first: its steps are the user's
     CAPTURE(static_cast<int>(integrator));

@@ -126,7 +126,7 @@ TEST_CASE("seed, index and kinds determine a random scene", "[random-scenes]") {
 // Speeds that a spring causes from rest are not impacts that raise the energy: adaptive time
 // stepping once stopped here for that reason at 0.14 mm/s.
 TEST_CASE("a block accelerated from rest by a spring rebounds from a frictionless stop", "[random-scenes]") {
-  const auto run = test::finished(read_scene(test::scene_file("block_to_stop")), Family::nonsmooth);
+  const auto run = test::finished(read_scene(test::scene_file("tests/block_to_stop")), Family::nonsmooth);
   // From rest at A down to the stop at s: at t₁ with cos ωt₁ = s/A, then back with e times that
   // speed.
   const double A = 0.0235, s = -0.00318, w = std::sqrt(972 / 0.01875), t1 = std::acos(s / A) / w;
@@ -147,7 +147,7 @@ TEST_CASE("a position prescribed over an angle is correct on both sides of a kno
                           test::penalty_by("rosenbrock4")}) {
     INFO(way.name);
     Trajectory rows;
-    Simulation simulation(test::scene_by(way, test::scene_named("follower_over_angle")),
+    Simulation simulation(test::scene_by(way, test::scene_named("tests/follower_over_angle")),
                           test::name_of(way.family));
     test::finished(simulation, {&rows});
     double place = 0, rate = 0;
@@ -174,7 +174,7 @@ TEST_CASE("rows within an implicit step belong to that step", "[random-scenes]")
   const auto y = spline(
       {{3.5e-4, -9.8e-8}, {6.7e-4, -3.6e-7}, {9.5e-4, 4.3e-7}, {1.22e-3, -3.7e-7}, {1.47e-3, -9.8e-8}}, true);
   Trajectory rows;
-  Simulation simulation(read_scene(test::scene_file("ball_on_spline")), "penalty");
+  Simulation simulation(read_scene(test::scene_file("tests/ball_on_spline")), "penalty");
   test::finished(simulation, {&rows});
   double off = 0;
   for (std::size_t k = 0; k < rows.size(); ++k)
@@ -185,7 +185,7 @@ TEST_CASE("rows within an implicit step belong to that step", "[random-scenes]")
 // Fixed steps formerly stopped once the speed was the rounding of the two balanced torques, "the
 // forces of dampers do not converge".
 TEST_CASE("fixed steps follow a damped one-sided spring to rest", "[random-scenes]") {
-  const auto run = test::finished(read_scene(test::scene_file("rotor_on_spring")), Family::nonsmooth);
+  const auto run = test::finished(read_scene(test::scene_file("tests/rotor_on_spring")), Family::nonsmooth);
   // Where the torques balance: the transient decays by e^(−d t/2J) = e^−70.
   CHECK(std::abs(run.final_state.q[2] - (-3.65e-4 + 3.84 / 4008)) < 1e-15);
 }
@@ -217,7 +217,7 @@ TEST_CASE("integrators of every order detect the impacts between touching discs"
 // finite.
 TEST_CASE("a run of adaptive steps ends at its end time when only rounding separates them",
           "[random-scenes]") {
-  const auto run = test::finished(read_scene(test::scene_file("ball_on_ramp")), Family::nonsmooth);
+  const auto run = test::finished(read_scene(test::scene_file("tests/ball_on_ramp")), Family::nonsmooth);
   const double t = 0.0122776970208;
   CHECK(run.t_end == t);
   // Free fall, which is exact to rounding in steps of second order.

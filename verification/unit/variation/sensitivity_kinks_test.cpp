@@ -100,7 +100,7 @@ TEST_CASE("an approach far from the origin of a body does not graze", "[sensitiv
 }
 
 TEST_CASE("a slider that lies flat does not turn with its clearance", "[sensitivity]") {
-  const auto q = of(test::file_text(test::scene_file("slider_on_flat")), {"end.sl.theta", "end.sl.y"},
+  const auto q = of(test::file_text(test::scene_file("tests/slider_on_flat")), {"end.sl.theta", "end.sl.y"},
                     {"joints.g.clearance"});
   // Both corners of its lower side are closed: θ = 0 and y = −c for every clearance c.
   CHECK(std::abs(q.quantities[0].derivatives[0]) < 1e-9);
@@ -108,7 +108,7 @@ TEST_CASE("a slider that lies flat does not turn with its clearance", "[sensitiv
 }
 
 TEST_CASE("rounding errors of an impact are no kink", "[sensitivity]") {
-  const auto q = of(test::file_text(test::scene_file("four_bar_on_spring")), {"end.coupler.theta"},
+  const auto q = of(test::file_text(test::scene_file("tests/four_bar_on_spring")), {"end.coupler.theta"},
                     {"joints.D.at[0][0]"})
                      .quantities[0];
   CHECK(q.reasons[0].empty());

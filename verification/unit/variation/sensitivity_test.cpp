@@ -118,7 +118,7 @@ TEST_CASE("an offset of a pin across its rod has the derivative of the twin offs
   // of its derivative; twice that is allowed.
   for (const double clearance : {1e-3, 1.5e-4}) {
     INFO(clearance);
-    const auto all = sensitivities(read_scene(test::scene_file("crank_with_loose_pin"),
+    const auto all = sensitivities(read_scene(test::scene_file("tests/crank_with_loose_pin"),
                                               {fmt::format("joints.pin.clearance={}", clearance)}),
                                    {.of = {"event.1.t", "event.1.v_n_minus", "event.1.impulse_n"},
                                     .to = {"joints.pin.at[0][1]", "joints.big.at[1][1]"}});

@@ -11,7 +11,7 @@ namespace {
 Sensitivities of_block(double height, double duration, double phase, std::vector<std::string> quantities,
                        std::vector<std::string> keys) {
   const auto scene =
-      read_scene(test::scene_file("block_behind_carriage"),
+      read_scene(test::scene_file("tests/block_behind_carriage"),
                  {fmt::format("bodies.block.position=[0, {}]", height),
                   fmt::format("run.duration={}", duration), fmt::format("curves.m.phase={}", phase)});
   return sensitivities(scene, {.of = std::move(quantities), .to = std::move(keys)});
@@ -53,7 +53,7 @@ TEST_CASE("the mean friction force jumps with the time of a reversal", "[sensiti
 TEST_CASE("simultaneous contact events and those at the end have no derivative by a key that parts them",
           "[sensitivity]") {
   const auto with = [&](double duration) {
-    const auto scene = test::read_short(test::scene_file("two_falling_balls"), duration);
+    const auto scene = test::read_short(test::scene_file("tests/two_falling_balls"), duration);
     return sensitivities(scene, {.of = {"event.1.t", "end.a.vy"}, .to = {"initial.a.y", "gravity[1]"}});
   };
   // Both fall for t = √(2h/g) = √0.1 s. Gravity moves both alike: ∂t/∂g = −t/(2g), g = −10 upwards.
