@@ -202,8 +202,7 @@ void power(Findings& f) {
 }  // namespace
 
 Parts statistics() {
-  return {
-      {formulations, count, true}, {fixed_against_automatic, 1}, {adaptive_against_automatic, 1}, {power, 1}};
+  return {{formulations, count}, {fixed_against_automatic, 1}, {adaptive_against_automatic, 1}, {power, 1}};
 }
 
 }  // namespace freeplay::verification
