@@ -93,14 +93,11 @@ struct Findings {
 };
 
 /// A part of a set: runs that add claims. `claims`: their number, for the parts of a set that takes
-/// so long that its parts are tests of their own; `slow`: the test of this part alone takes more than
-/// twelve seconds (tag [slow]).
+/// so long that its parts are tests of their own.
 struct Part {
-  Part(void (*add)(Findings&), std::size_t claims = 0, bool slow = false)
-      : add(add), claims(claims), slow(slow) {}
+  Part(void (*add)(Findings&), std::size_t claims = 0) : add(add), claims(claims) {}
   void (*add)(Findings&);
   std::size_t claims;
-  bool slow;
 };
 using Parts = std::vector<Part>;
 

@@ -126,8 +126,7 @@ struct SetTests {
         fmt::format("verification/{}/claims/claims-{}.cpp", program ? "process" : "property", file));
     const auto name = fmt::format(
         "every claim of the set {} holds and is listed in docs/verification/verification.csv", what);
-    Catch::AutoReg(new SetTest(set, parts, first, last), {path.c_str(), 1}, {},
-                   {name, parts.front().slow ? "[claims][slow]" : "[claims]"});
+    Catch::AutoReg(new SetTest(set, parts, first, last), {path.c_str(), 1}, {}, {name, "[claims]"});
   }
   std::deque<std::string> files;
 };
