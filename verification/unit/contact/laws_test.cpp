@@ -69,19 +69,6 @@ TEST_CASE("preloaded friction is regularised", "[laws]") {
   REQUIRE(preloaded_friction(10, 1e-3, -1.0) == 10);
 }
 
-TEST_CASE("laws are indexed by their enumerators, and scene names are those of the list", "[laws]") {
-  const auto check = [](const auto& laws, const auto& names) {
-    for (std::size_t i = 0; i < laws.size(); ++i) {
-      CHECK(static_cast<std::size_t>(laws[i].law) == i);
-      CHECK(&facts_of(laws[i].law) == &laws[i]);
-    }
-    REQUIRE(laws.size() == names.size());
-    for (std::size_t i = 0; i < names.size(); ++i) CHECK(laws[i].text == names[i].text);
-  };
-  check(contact_laws(), choices(ContactLaw{}));
-  check(friction_laws(), choices(FrictionLaw{}));
-}
-
 TEST_CASE("every point contact law delivers the first integral of its damping factor", "[laws]") {
   // A free impact on the ring, with χ of the law derived from the run: integration at 1e-12 a step
   // of a ratio of speeds.
