@@ -2,6 +2,7 @@
 // spring whose length passes through zero; kinks of tables over speed. Each case runs by every
 // method, against closed forms.
 #include "values/warning.hpp"
+#include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -19,15 +20,7 @@ bool doubtful(const Result& run) {
   return std::ranges::any_of(run.notes, [](const auto& note) { return is_warning(note); });
 }
 
-/// Two ideal wheels of 0.1 m and 0.2 m in mesh, both driven: the second at `second` rad/s.
-std::string two_motors(double second, const std::string& more = "") {
-  return "format = 2\n" + test::body("a", 1, 0.01) + test::body("b", 2, 0.04, "position = [0.3, 0]\n") +
-         test::pin("pa", "ground", "a") + test::pin("pb", "ground", "b", {0.3, 0}) +
-         test::gear("mesh", "a", "b", {0.1, 0.2}) + test::motor("first", "pa", 10) +
-         test::motor("second", "pb", second) + more + test::run_for(1);
-}
-
-const auto slider = "format = 2\n" + test::body("b", 2, 0.01) + test::guide("guide", "ground", "b");
+std::filesystem::path scene(const std::string& name) { return test::scene_file("tests/" + name); }
 
 }  // namespace
 
@@ -36,8 +29,10 @@ TEST_CASE("two consistent drives over ideal gears run, loaded or not, and the re
   const auto way = every_way();
   const bool loaded = GENERATE(false, true);
   CAPTURE(way.name, loaded);
-  const auto run = finished(
-      way, two_motors(-5, loaded ? "[loads.brake]\ntype = \"torque\"\nbody = \"b\"\ntorque = 3\n" : ""));
+  const auto run =
+      finished(way, scene("two_motors"),
+               loaded ? std::vector<std::string>{"loads.brake={type=\"torque\", body=\"b\", torque=3}"}
+                      : std::vector<std::string>{});
   // θ = ω t to a thousand roundings of 10 rad; nothing accelerates, so both drives together balance
   // the brake.
   CHECK(run.final_state.q[2] == Approx(10).epsilon(1e-12));
@@ -50,25 +45,15 @@ TEST_CASE("two consistent drives over ideal gears run, loaded or not, and the re
 
 TEST_CASE("two contradicting drives over gears are refused when the scene is read", "[twice][errors]") {
   const auto way = every_way();
-  CHECK_THROWS_WITH(test::simulate(test::scene_by(way, two_motors(-6)), way.family),
+  CHECK_THROWS_WITH(finished(way, scene("two_motors"), {"drives.second.speed=-6"}),
                     Contains("no velocities satisfy all constraints"));
 }
 
 TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives]") {
-  const auto lifted = [](const test::Way& way, Vec2 axis, double duration) {
-    return finished(
-        way,
-        "format = 2\ngravity = [0, -9.81]\n" + test::body("b", 2, 0.01) +
-            test::guide("g", "ground", "b", axis) +
-            "[drives.m]\njoint = \"g\"\nposition = \"lift\"\n[curves.lift]\nshape = \"rise-dwell-return\"\n"
-            "to = 0.05\nrise = 0.4\ndwell = 0.1\nreturn = 0.3\nrest = 0.2\nprofile = \"cycloidal\"\n"
-            "repeat = true\n" +
-            test::run_for(duration));
-  };
   SECTION("a body lifted along a curve: the work is the change of energy at any step size") {
     // m g s with s = 0.05 m in the middle of the dwell of the third period, where the speed is 0.
     // To rounding: steps are exact.
-    const auto run = lifted(test::chosen_steps, {0, 1}, 2.45);
+    const auto run = finished(test::chosen_steps, scene("lifted_body"));
     CHECK(run.ledger.drive == Approx(2 * 9.81 * 0.05).epsilon(1e-9));
     CHECK(std::abs(run.ledger.stabilisation) <= 1e-9);
     CHECK_FALSE(doubtful(run));
@@ -76,15 +61,10 @@ TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives
   SECTION("a body that returns to rest at its start: no doubtful result") {
     for (const auto& way : {test::penalty, test::event_driven, test::chosen_steps}) {
       CAPTURE(way.name);
-      CHECK_FALSE(doubtful(lifted(way, {1, 0}, 3)));
+      CHECK_FALSE(doubtful(finished(way, scene("lifted_body"), {"joints.g.axis=[1, 0]", "run.duration=3"})));
     }
   }
   SECTION("a slider-crank at constant speed: the work is the change of kinetic energy") {
-    const auto text = test::body("crank", 1, 0.01) + test::body("rod", 1, 0.03) +
-                      test::body("slider", 2, 0.01) + test::pin("a", "ground", "crank") +
-                      test::pin("b", "crank", "rod", {0.1, 0}, {-0.2, 0}) +
-                      test::pin("c", "rod", "slider", {0.2, 0}) + test::guide("g", "ground", "slider") +
-                      test::motor("m", "a", 50) + test::run_for(1);
     const auto energy = [](double angle) {
       const double w = 50, sine = -0.25 * std::sin(angle), cosine = std::sqrt(1 - sine * sine);
       const double turning = -0.25 * w * std::cos(angle) / cosine;
@@ -93,7 +73,7 @@ TEST_CASE("adaptive time stepping records the work of a drive", "[chosen][drives
       const double slide = -0.1 * w * std::sin(angle) - 0.4 * turning * sine;
       return 0.5 * (0.01 * w * w + x * x + y * y + 0.03 * turning * turning + 2 * slide * slide);
     };
-    const auto run = finished(test::chosen_steps, text);
+    const auto run = finished(test::chosen_steps, scene("fast_slider_crank"));
     // Two hundred steps of 1e-6 of the speed each: 4e-4 of the energies. A run reports an error
     // from a thousandth on.
     CHECK(run.ledger.drive == Approx(energy(50) - energy(0)).margin(4e-4 * energy(0)));
@@ -111,7 +91,9 @@ TEST_CASE("a slider that passes the zero length of a spring turns back on the fa
   const double t1 = (std::acos(-1) / 2 + std::asin(L / A)) / w;
   CAPTURE(way.name, L);
   const auto at = [&](double t) {
-    return finished(way, slider + test::spring("spring", "ground", "b", {}, {}, k, L) + test::run_for(t),
+    return finished(way,
+                    "format = 2\n" + test::body("b", 2, 0.01) + test::guide("guide", "ground", "b") +
+                        test::spring("spring", "ground", "b", {}, {}, k, L) + test::run_for(t),
                     {fmt::format("bodies.b.position=[{}, 0]", L + A)})
         .final_state;
   };
@@ -138,14 +120,9 @@ TEST_CASE("a kink in a damper's table over speed does not reduce the order of an
   const double m = 2, T = m / 9 * std::log((3 - 8.0 / 9) * 9);
   const double end = 1.5;
   REQUIRE(T < end);
-  const auto text =
-      slider +
-      "[loads.damper]\ntype = \"spring-damper\"\nbetween = [\"ground\", \"b\"]\nat = [[-10, 0], [0, 0]]\n"
-      "damping_table = [[-2, -10], [-1, -1], [0, 0], [1, 1], [2, 10]]\n" +
-      test::run_for(1.5);
   const double v = std::exp(-(end - T) / m);
   const auto off = [&](const test::Way& by) {
-    return std::abs(finished(by, text, {"bodies.b.velocity=[3, 0]"}).final_state.v[0] - v);
+    return std::abs(finished(by, scene("slider_with_kinked_damper")).final_state.v[0] - v);
   };
   if (!way.fixed()) {  // a thousand steps of tolerance 1e-9 (adaptive time stepping 1e-6)
     CHECK(off(way) <= (way.chosen() ? 1e-3 : 1e-6));
