@@ -51,23 +51,16 @@ TEST_CASE("a lagging torque: both nonsmooth schemes carry its state", "[states]"
   CHECK(events.state().v[2] == Approx(speed(until)).epsilon(1e-8));
   // The midpoint rule: second order, (h/T)²/12 t/T e^(−t/T) of u. Two-sided.
   scene.nonsmooth.scheme = Scheme::moreau_jean;
-  std::vector<double> steps, of_torque, of_speed;
-  for (const double h : {4e-3, 2e-3, 1e-3}) {
+  const auto end_at = [&](double h) {
     scene.nonsmooth.step = h;
-    Simulation simulation(scene, "nonsmooth");
-    simulation.run();
-    steps.push_back(h);
-    of_torque.push_back(std::abs(simulation.state().z.at(0) - torque(until)));
-    of_speed.push_back(std::abs(simulation.state().v[2] - speed(until)));
-  }
-  CAPTURE(of_torque, of_speed);
-  CHECK(of_torque.back() ==
+    return test::finished(scene, Family::nonsmooth).final_state;
+  };
+  const auto of_torque = [&](double h) { return std::abs(end_at(h).z.at(0) - torque(until)); };
+  const auto of_speed = [&](double h) { return std::abs(end_at(h).v[2] - speed(until)); };
+  CHECK(of_torque(1e-3) ==
         Approx(u * std::pow(1e-3 / T, 2) / 12 * until / T * std::exp(-until / T)).epsilon(0.05));
-  for (const auto* errors : {&of_torque, &of_speed}) {
-    const double order = test::observed_order(steps, *errors);
-    CHECK(order > 1.95);
-    CHECK(order < 2.05);
-  }
+  test::check_order({4e-3, 2e-3, 1e-3}, of_torque, 1.95, 2.05);
+  test::check_order({4e-3, 2e-3, 1e-3}, of_speed, 1.95, 2.05);
 }
 
 TEST_CASE("a step too long for the lag is refused with its reason", "[states]") {
