@@ -79,8 +79,7 @@ TEST_CASE(
   CHECK(run.work.handovers > 0);
   for (const auto& c : run.contacts) CHECK(c.penetration_ratio < 1e-6);
   CHECK(std::abs(run.ledger.closure()) < 1e-6 * run.ledger.scale());
-  CHECK(std::ranges::any_of(run.notes,
-                            [](const auto& n) { return n.find("became more expensive") != n.npos; }));
+  CHECK_THAT(test::notes_of(run), Contains("became more expensive"));
 
   // The cost comparison continues from a snapshot.
   REQUIRE(middle);

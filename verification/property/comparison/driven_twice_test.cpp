@@ -16,9 +16,7 @@ Way every_way() {
   return GENERATE(
       values<Way>({test::penalty, test::event_driven, test::chosen_steps, test::fixed_steps(1e-4)}));
 }
-bool doubtful(const Result& run) {
-  return std::ranges::any_of(run.notes, [](const auto& note) { return is_warning(note); });
-}
+bool doubtful(const Result& run) { return std::ranges::any_of(run.notes, is_warning); }
 
 std::filesystem::path scene(const std::string& name) { return test::scene_file("tests/" + name); }
 
@@ -38,8 +36,7 @@ TEST_CASE("two consistent drives over ideal gears run, loaded or not, and the re
   CHECK(run.final_state.q[2] == Approx(10).epsilon(1e-12));
   CHECK(run.final_state.q[5] == Approx(-5).epsilon(1e-12));
   CHECK(run.ledger.drive == Approx(loaded ? 15 : 0).margin(1e-9));
-  CHECK(std::ranges::any_of(run.notes,
-                            [](const auto& n) { return n.find("are linearly dependent") != n.npos; }));
+  CHECK_THAT(test::notes_of(run), Contains("are linearly dependent"));
   CHECK_FALSE(doubtful(run));
 }
 

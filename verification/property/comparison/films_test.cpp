@@ -72,9 +72,7 @@ TEST_CASE("where the film is too thin to carry the load, dry contact takes over 
 TEST_CASE("a fixed step longer than the passage of a film's thickness is reported", "[films]") {
   const auto coarse = test::fixed_steps(2e-3);
   const auto run = finished(pin({"lubricants.oil.viscosity=0.002", "run.revolutions=0.3"}, coarse), coarse);
-  CHECK(
-      std::ranges::any_of(run.notes, [](const std::string& note) { return note.find("film") != note.npos; }));
+  CHECK_THAT(test::notes_of(run), Catch::Contains("film"));
   const auto fine = finished(pin({"run.revolutions=0.1"}, ways[0]), ways[0]);
-  CHECK(std::ranges::none_of(fine.notes,
-                             [](const std::string& note) { return note.find("film") != note.npos; }));
+  CHECK_THAT(test::notes_of(fine), !Catch::Contains("film"));
 }
