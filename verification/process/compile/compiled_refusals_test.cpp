@@ -7,7 +7,6 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/system.hpp"
 #include "io/files/digest.hpp"
-#include "io/scene/read_scene.hpp"
 #include "numerics/saddle_point.hpp"
 #include "verification/support/compiled_runs.hpp"
 #include "verification/support/rig.hpp"

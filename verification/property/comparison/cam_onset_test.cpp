@@ -1,7 +1,6 @@
 // First contacts of rollers and flat faces with waved cams, in every scheme, against brute force.
 #include "verification/references/cam_onset.hpp"
 #include "dynamics/system.hpp"
-#include "io/scene/read_scene.hpp"
 #include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,7 +1,5 @@
 // Recorded forces, in addition to the claims of the set "forces": the force that an instrument
 // measures at a joint, and the independence of forces from their observation.
-#include <variant>
-
 #include "dynamics/assembly/assembly.hpp"
 #include "simulation/trajectory.hpp"
 #include "verification/support/rig.hpp"

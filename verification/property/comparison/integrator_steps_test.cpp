@@ -1,7 +1,5 @@
 // Steps of the integrators against closed forms. A force or a prescribed position read from a curve
 // is neither stepped over nor missing in the energy balance, in any integrator.
-#include <atomic>
-
 #include "formulations/integrators/adams.hpp"
 #include "formulations/integrators/methods.hpp"
 #include "verification/support/named.hpp"

@@ -1,7 +1,6 @@
 // Events between the instants at which an integrator evaluates the motion. The set of claims
 // "missed-contacts" contains further cases.
 #include "dynamics/system.hpp"
-#include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
