@@ -370,17 +370,18 @@ TEST_CASE("obstacles to new results are reported before any older result is remo
   CHECK(test::file_text(out / "comparison.json") == "older");
 }
 
-TEST_CASE("a database is opened by its literal file name, whatever the name", "[study][folders]") {
+TEST_CASE("a database path that looks like an SQLite URI is a plain file name", "[study][folders]") {
   Desk desk;
-  make_folder(desk.folder.path() / "file:x");
-  const auto before = std::filesystem::current_path();
+  // As a URI, file:x/sweep.db would be the file x/sweep.db.
+  for (const char* name : {"file:x", "x"}) make_folder(desk.folder.path() / name);
+  struct Back {
+    std::filesystem::path before = std::filesystem::current_path();
+    ~Back() { std::filesystem::current_path(before); }
+  } back;
   std::filesystem::current_path(desk.folder.path());
-  const auto there = [&] {
-    const Results results("file:x/sweep.db", read_study(desk.study));
-    return std::filesystem::exists("file:x/sweep.db") && !std::filesystem::exists("x");
-  }();
-  std::filesystem::current_path(before);
-  CHECK(there);
+  const Results results("file:x/sweep.db", read_study(desk.study));
+  CHECK(std::filesystem::exists("file:x/sweep.db"));
+  CHECK_FALSE(std::filesystem::exists("x/sweep.db"));
 }
 
 TEST_CASE("default result folder of a scene path with .. is named after the resolved folder", "[folders]") {

@@ -149,7 +149,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 /// The normal numbers of these streams are uncorrelated, also a few samples apart.
-void check_independent(const std::vector<std::vector<double>>& streams, const std::vector<int>& lags) {
+void check_uncorrelated(const std::vector<std::vector<double>>& streams, const std::vector<int>& lags) {
   for (std::size_t i = 0; i < streams.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       for (const int lag : lags) {
@@ -180,7 +180,7 @@ TEST_CASE("noise: each channel, seed and run has its own stream", "[instruments]
   // Streams that share numbers a few samples apart would show a correlation at that lag.
   // Independent ones scatter by 1/√n: of the hundred or so pairs and lags one exceeds five of that
   // once in 20 000 test runs.
-  check_independent(streams, {0, 1, 2});
+  check_uncorrelated(streams, {0, 1, 2});
   for (const auto& stream : streams) {
     double mean = 0, square = 0;
     for (const double x : stream) mean += x / n, square += x * x / n;
@@ -189,7 +189,7 @@ TEST_CASE("noise: each channel, seed and run has its own stream", "[instruments]
   }
 }
 
-TEST_CASE("noise: different starts, formulations or settings differ; a repeated run does not",
+TEST_CASE("noise of another channel, start, setting or formulation differs; a repeated run has the same",
           "[instruments][recording]") {
   const auto scene = [](std::vector<std::string> more) {
     more.insert(more.end(), {"instruments.felt.noise=1.0", "instruments.force.noise=1.0"});
@@ -204,14 +204,17 @@ TEST_CASE("noise: different starts, formulations or settings differ; a repeated 
   };
   const auto plain = scene({});
   auto moved = Simulation(plain, "nonsmooth").state();
-  for (std::size_t i = 1; i < moved.q.size(); i += 3) moved.q[i] += 1e-9;
+  for (std::size_t y = 1; y < moved.q.size(); y += 3) moved.q[y] += 1e-9;  // of (x, y, θ) of each body
+  // The penalty formulation needs elastic constants, which the scene has not.
   const auto stiff = scene({"surfaces.steel.young=1e11", "surfaces.steel.poisson=0.3"});
-  const std::vector<std::vector<double>> all{values("nonsmooth", plain, 0), values("nonsmooth", plain, 1),
-                                             values("nonsmooth", plain, 0, moved),
-                                             values("nonsmooth", stiff, 0), values("penalty", stiff, 0)};
+  const std::vector<std::vector<double>> all{values("nonsmooth", plain, 0),
+                                             values("nonsmooth", plain, 1),         // another channel
+                                             values("nonsmooth", plain, 0, moved),  // another start
+                                             values("nonsmooth", stiff, 0),         // other settings
+                                             values("penalty", stiff, 0)};          // another formulation
   CHECK(values("nonsmooth", plain, 0) == all[0]);
-  REQUIRE(all[0].size() == 100);
-  check_independent(all, {0});
+  REQUIRE(all[0].size() == 100);  // 2 ms at 50 kHz
+  check_uncorrelated(all, {0});   // each pair, no lag
 }
 
 TEST_CASE("codes of a converter are integer multiples of its resolution within its range",

@@ -119,7 +119,9 @@ TEST_CASE("a double-rocker's drive is limited by its output links in line", "[wh
 }
 
 TEST_CASE("a double-crank turns its output fully, without dead centres", "[whole-turn]") {
-  const auto s = survey(four_bar(0.1, 0.3, 0.25, 0.28, 0.5, 2.0, 1.0));
+  // Grashof: the ground d is the shortest link and 0.1 + 0.3 < 0.25 + 0.28, so a and c turn fully.
+  const double d = 0.1, a = 0.3, b = 0.25, c = 0.28;
+  const auto s = survey(four_bar(d, a, b, c, 0.5, 2.0, 1.0));  // last three: angles of the start
   REQUIRE(s);
   CHECK(s->full);
   REQUIRE(s->outputs.size() == 1);

@@ -117,7 +117,7 @@ TEST_CASE("invalid arguments of a run are refused", "[observers]") {
   CHECK_THROWS_AS(simulation.run({.observers = {&listener}}), std::logic_error);
 }
 
-TEST_CASE("columns of forces.csv have unique names", "[observers]") {
+TEST_CASE("a load and a drive of one name are refused if forces.csv is requested", "[observers]") {
   test::TemporaryFolder folder;
   auto scene = parse_scene(test::body("wheel", 1, 1) + test::pin("axle", "ground", "wheel") +
                                test::drive("spin", "axle", "torque = 1\n") +
@@ -127,6 +127,7 @@ TEST_CASE("columns of forces.csv have unique names", "[observers]") {
   CHECK_THROWS_WITH(run_scene(scene, {.formulation = "penalty", .folder = folder.path() / "a"}),
                     Catch::Matchers::Contains("loads.spin") && Catch::Matchers::Contains("rename"));
   CHECK_FALSE(std::filesystem::exists(folder.path() / "a"));
+  // Without forces.csv the equal names are harmless.
   scene.set("run.forces", "false");
   CHECK(run_scene(scene, {.formulation = "penalty", .folder = folder.path() / "a"}).ending.status ==
         Ending::Status::finished);
