@@ -124,7 +124,9 @@ inline Result check_compiled(const std::string& name, double duration, const Way
   CHECK(found.compiled.reason.empty());
   CHECK(static_cast<double>(found.compiled.refused) <=
         refused * static_cast<double>(way.fixed() ? found.work.steps : found.work.rhs));
-  check_same_run(found, run_as(scene, formulation, Compile::never));
+  const auto evaluated = run_as(scene, formulation, Compile::never);
+  CHECK_FALSE(evaluated.compiled.used);
+  check_same_run(found, evaluated);
 
   Simulation compiled(scene, formulation, {.compile = Compile::always}),
       general(scene, formulation, {.compile = Compile::never}),

@@ -160,7 +160,7 @@ TEST_CASE("four scenes in four threads give the same bits as in sequence", "[lib
   }
 }
 
-TEST_CASE("the code of docs/reference/library.md is compiled", "[library]") {
+TEST_CASE("the code of docs/reference/library.md is that of verification/library", "[library]") {
   std::string examples;
   for (const auto& entry : fs::directory_iterator(test::source_folder() / "verification/library"))
     examples += even(test::file_text(entry.path())) + " ";

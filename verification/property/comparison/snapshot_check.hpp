@@ -211,7 +211,7 @@ inline void check(const Case& c) {
       REQUIRE(there.size() >= 2);
       for (int i = 0; i < 3; ++i) chosen.insert(there[engine() % there.size()]);
     }
-    while (chosen.size() < std::min<std::size_t>(10, where.size() - 1))
+    while (chosen.size() < std::min<std::size_t>(c.in.empty() ? 20 : 10, where.size() - 1))
       chosen.insert(1 + engine() % (where.size() - 1));
   }
   auto whole = simulation();

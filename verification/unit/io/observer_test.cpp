@@ -31,6 +31,7 @@ TEST_CASE("observation changes no digit, and a snapshot taken during observation
       if (impulse.elements.empty()) impulse = forces;
       impulse.clear();
       step.add_impulse(step.t0, middle, impulse);
+      step.add_impulse(middle, step.t1, impulse);
       step.state(middle, q, v);
       if (!midway && step.t1 > 0.025) midway = watched.snapshot();
     };

@@ -1,6 +1,6 @@
 // The oracle (verification/references/slider_crank_oracle.hpp), compared with facts that it is not
-// computed from: differences, Lagrange's equation, elliptic functions, balances of momentum,
-// limits.
+// computed from: differences, Lagrange's equation, elliptic functions, balances of
+// momentum.
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <catch2/catch.hpp>

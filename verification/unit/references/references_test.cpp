@@ -1,5 +1,5 @@
 // The references, compared with facts that none of them is computed from: derivatives by
-// differences, quadrature, limits, balances, published values. All other verification depends on
+// differences, limits, balances, published values. All other verification depends on
 // the references. Units are SI throughout.
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -34,6 +34,14 @@ void check_missing(const std::string& text, const std::string& quantity, const s
   CHECK_THAT(q.reasons[0], Contains(reason));
 }
 
+void compare_with_differences(int scenes) {
+  const auto found = compare_random(
+      scenes, 20261125, [](int i, auto& r) { return random_case(i, r); }, "nonsmooth",
+      [](const std::string&) { return 1e-6; });
+  INFO(found.summary());
+  CHECK(found.compared > 5 * scenes);
+}
+
 }  // namespace
 
 TEST_CASE("keys are taken as the scene and its options spell them", "[sensitivity]") {
@@ -199,9 +207,9 @@ TEST_CASE("tolerances of a drop propagate to the time of contact", "[sensitivity
 }
 
 TEST_CASE("derivatives of random scenes equal extrapolated differences of runs", "[sensitivity]") {
-  const auto found = compare_random(
-      35, 20261125, [](int i, auto& r) { return random_case(i, r); }, "nonsmooth",
-      [](const std::string&) { return 1e-6; });
-  WARN(found.summary());
-  CHECK(found.compared > 175);
+  compare_with_differences(35);
+}
+
+TEST_CASE("derivatives of a hundred random scenes equal extrapolated differences", "[sensitivity][slow]") {
+  compare_with_differences(100);
 }
