@@ -1,11 +1,12 @@
 // The film's closed forms against quadrature of the pressure, and its limits. Quadrature: composite
 // Simpson with 20,000 intervals; the integrand's fourth derivative grows like (1 − ε)^(−7), so at
 // ε = 0.95 the error is still below 1e-8.
-#include "formulations/contact/film.hpp"
-
 #include <catch2/catch.hpp>
-
 #include <cmath>
+
+#include "formulations/contact/film.hpp"
+#include "formulations/contact/steady_film.hpp"
+#include "verification/references/journal_bearing.hpp"
 
 using namespace freeplay;
 
@@ -76,4 +77,22 @@ TEST_CASE("the pressure of a long bearing solves Reynolds' equation", "[film]") 
           Approx(expected).margin(1e-4 * 12 * f.viscosity * f.radius * f.radius * 0.1));
   }
   CHECK(pressure(f, e, w_r, w_t, pi) == Approx(0).margin(1e-6));
+}
+
+// Steady running of a lubricated joint: limits of the load. Closed forms of the coefficients are in
+// verification/claims/film_coefficients.cpp.
+
+TEST_CASE("a film carries loads up to that at its hand-over thickness", "[film]") {
+  // The gudgeon pin of cases/lubricated-pin.
+  constexpr reference::JournalBearing pin{true, true, 0.2, 11.125e-3, 20e-3, 0.25e-3};
+  const Film film{Film::Kind::short_bearing, true, pin.viscosity, pin.length, pin.radius, pin.clearance,
+                  0.01 * pin.clearance};
+  const double omega = 20, most = pin.capacity(0.99, omega);
+  // Rounding, times d ln ε/d ln W < 1.
+  CHECK(steady_ratio(film, most * (1 - 1e-9), omega).value() == Approx(0.99).epsilon(1e-8));
+  CHECK_FALSE(steady_ratio(film, most * (1 + 1e-9), omega));
+  // Near the centre W = π μωRL³ε/(4c²); the next order is ε².
+  const double unit =
+      pin.viscosity * omega * pin.radius * std::pow(pin.length, 3) / std::pow(pin.clearance, 2);
+  CHECK(steady_ratio(film, 3.141592653589793 / 4 * unit * 1e-5, omega).value() == Approx(1e-5).epsilon(1e-8));
 }

@@ -2,10 +2,7 @@
 // state of an integrator, or of a factorisation, is serialized and restored in a new one, and both
 // continue with the same calls, as the steppers make them. Every time and every component must be
 // equal, not only close.
-#include "values/memory.hpp"
-
 #include <catch2/catch.hpp>
-
 #include <cmath>
 #include <functional>
 #include <random>
@@ -15,6 +12,8 @@
 #include "formulations/integrators/bulirsch_stoer.hpp"
 #include "formulations/integrators/rosenbrock.hpp"
 #include "numerics/saddle_point.hpp"
+#include "values/memory.hpp"
+#include "values/table.hpp"
 
 using namespace freeplay;
 
@@ -332,4 +331,24 @@ TEST_CASE("containers and parts are serialized and restored", "[memory]") {
   CHECK(text_read == text);
   MemoryReader again(bytes);
   CHECK_THROWS_AS(again.part("two"), MemoryError);
+}
+
+// Tables of results: their writers, against texts written by hand.
+
+TEST_CASE("a table is written as CSV, as Markdown and for a terminal", "[table]") {
+  Table t("setting,events,CPU ms");
+  t.row("fast", "-", 1.5);
+  t.row("a long name", 12, 0.1);
+  t.row(std::vector<Table::Cell>{"ä", "x", std::int64_t{1}});
+  CHECK(t.csv() == "setting,events,CPU ms\nfast,-,1.5\na long name,12,0.1\nä,x,1\n");
+  CHECK(t.csv_rows(2) == "ä,x,1\n");
+  CHECK(t.markdown() ==
+        "| setting | events | CPU ms |\n| --- | --- | --- |\n| fast | - | 1.5 |\n"
+        "| a long name | 12 | 0.1 |\n| ä | x | 1 |\n");
+  CHECK(t.terminal({8, 8, 7}, true) ==
+        "setting   events CPU ms\n-------- ------- ------\nfast           -    1.5\n"
+        "a long name\n              12    0.1\nä              x      1\n");
+  Table n({"n", "µs"});
+  n.row(3, "4");
+  CHECK(n.terminal({-4, 5}) == "   n   µs\n   3    4\n");
 }
