@@ -1,6 +1,9 @@
 // Calibration to quantities of one run: parameters behind times that follow from a closed form or a
 // run are recovered; contradictions, a horizon and errors are reported.
 #include "study/calibration/quantity_fit.hpp"
+
+#include <Eigen/Geometry>
+
 #include "io/scene/read_scene.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/support/rig.hpp"
