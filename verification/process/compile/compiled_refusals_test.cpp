@@ -30,9 +30,13 @@ State at_crank_angle(double angle) {
 }
 
 /// A pendulum.
-const auto bar = parse_scene("gravity = [0, -9.81]\n" + test::body("bar", 1, 0.1) +
-                                 test::pin("pin", "ground", "bar", {}, {0.5, 0.1}) + test::run_for(1),
-                             "bar");
+const Scene& bar() {
+  static const auto scene =
+      parse_scene("gravity = [0, -9.81]\n" + test::body("bar", 1, 0.1) +
+                      test::pin("pin", "ground", "bar", {}, {0.5, 0.1}) + test::run_for(1),
+                  "bar");
+  return scene;
+}
 
 TracedSystem traced_of(const Scene& scene, const System& system) {
   return trace_system(system, assemble(scene.mechanism, scene.run.start), {});
@@ -115,8 +119,8 @@ TEST_CASE("pivots that degenerate leave the linear system to the general path", 
 TEST_CASE("an object of another structure under the name of this one is not called", "[compiled]") {
   const test::CompilerCache cache;
   const auto crank = parse_scene(equal_lengths, "crank");
-  System pendulum_system(bar.mechanism), crank_system(crank.mechanism);
-  const auto of_bar = traced_of(bar, pendulum_system);
+  System pendulum_system(bar().mechanism), crank_system(crank.mechanism);
+  const auto of_bar = traced_of(bar(), pendulum_system);
   const auto of_crank = trace_system(crank_system, at_crank_angle(1), {});
   REQUIRE(of_bar.object.functions() == of_crank.object.functions());
   REQUIRE(compiled_object(of_bar.object.text(), of_bar.object.functions()).reason.empty());
@@ -130,7 +134,7 @@ TEST_CASE("an object of another structure under the name of this one is not call
   CHECK_FALSE(object.cached);
   auto functions = of_bar.functions(object.table);
   functions.object = object.library;
-  const auto start = assemble(bar.mechanism, bar.run.start);
+  const auto start = assemble(bar().mechanism, bar().run.start);
   CHECK(differing_quantities(pendulum_system, functions, start, {}) == 0);
   CHECK(compiled_object(of_bar.object.text(), of_bar.object.functions()).cached);
 }
@@ -138,8 +142,8 @@ TEST_CASE("an object of another structure under the name of this one is not call
 TEST_CASE("objects and cache folders of another user are not used", "[compiled]") {
   if (geteuid() != 0) return;  // only root can give files away
   const test::CompilerCache cache;
-  const System system(bar.mechanism);
-  const auto traced = traced_of(bar, system);
+  const System system(bar().mechanism);
+  const auto traced = traced_of(bar(), system);
   const auto get = [&] { return compiled_object(traced.object.text(), traced.object.functions()); };
   REQUIRE(get().reason.empty());
   CHECK(get().cached);
@@ -265,11 +269,11 @@ TEST_CASE("a mechanism whose compilation would take too long is not compiled, an
 
 TEST_CASE("a run compiles only if its rest can save the time", "[compiled]") {
   const test::CompilerCache cache;
-  const System system(bar.mechanism);
-  const double seconds = compile_seconds(traced_of(bar, system).object);
-  const auto start = assemble(bar.mechanism, bar.run.start);
+  const System system(bar().mechanism);
+  const double seconds = compile_seconds(traced_of(bar(), system).object);
+  const auto start = assemble(bar().mechanism, bar().run.start);
   const auto compiled = [&](double worth) {
-    System own(bar.mechanism);
+    System own(bar().mechanism);
     return *compile_system(own, start, {}, {}, TracedFor::any, nullptr, false, worth);
   };
   const auto refused = compiled(0.9 * seconds);
