@@ -40,7 +40,7 @@ const std::vector<Mistake> command_lines{
     {"run SCENE --formulation magic", "magic"},
     {"run SCENE", "--formulation is required"},
     {"run SCENE --formulation penalty --nope", "--nope"},
-    {"run SCENE --formulation penalty -o SCENE/x", "scene.toml"},
+    {"run SCENE --formulation penalty -o SCENE/x", "scene.toml", 1},
     {"rum", "rum: unknown verb; did you mean run?"},
     {"SCENE", "the verb comes first, as in: freeplay check "},
     {"help cmopare", "unknown verb cmopare; did you mean compare?"},
@@ -176,7 +176,7 @@ TEST_CASE("errors of result files are reported in the program's own words", "[er
   for (const auto& mistake :
        {Mistake{"run --resume $/nowhere", "nowhere"},
         {"figures $", "contains no result files to draw"},
-        {"sweep --allow-outside $/good.toml -o $/db", "it is not a database of results"}})
+        {"sweep --allow-outside $/good.toml -o $/db", "it is not a database of results", 1}})
     list.push_back(mistake);
   desk.check(list);
 }

@@ -228,7 +228,7 @@ TEST_CASE("calibrate reports errors of targets that are quantities", "[calibrate
         {target("event.1e300.t", 0.3, 1e-3), many},
         {target("event.1.t", 0.3, 1e-3) + "[calibrate.targets.b]\nstatistic = \"rms\"\nvalue = 1.0\n",
          "calibrate them in two studies"}}) {
-    const auto call = [&] { fit_quantities(desk.read(ball_head() + text), {}); };
+    const auto call = [&desk, study = ball_head() + text] { fit_quantities(desk.read(study), {}); };
     CHECK_THAT(test::refusal_of<std::exception>(call), Contains(words));
   }
 }

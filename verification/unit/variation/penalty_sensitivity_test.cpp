@@ -22,8 +22,8 @@ std::string between_walls(const std::string& penalty) {
          test::run_for(0.6, "start = \"given\"\n[penalty]\n" + penalty);
 }
 
-Sensitivities of(const std::string& text, std::vector<std::string> quantities,
-                 std::vector<std::string> keys) {
+Sensitivities penalty_of(const std::string& text, std::vector<std::string> quantities,
+                         std::vector<std::string> keys) {
   return sensitivities(parse_scene(text, "s.toml"),
                        {.of = std::move(quantities), .to = std::move(keys), .formulation = "penalty"});
 }
@@ -61,7 +61,7 @@ RandomCase compliant(int i, Draw& r) {
 
 TEST_CASE("penalty runs without derivatives are refused with the reason", "[sensitivity]") {
   const auto reason = [](const std::string& text) {
-    const auto s = of(text, {"end.ball.x"}, {"bodies.ball.mass"});
+    const auto s = penalty_of(text, {"end.ball.x"}, {"bodies.ball.mass"});
     CHECK(std::isnan(s.quantities[0].derivatives[0]));
     return s.quantities[0].reasons[0];
   };
@@ -70,7 +70,7 @@ TEST_CASE("penalty runs without derivatives are refused with the reason", "[sens
              Contains("\"projection\" has no derivatives"));
   const auto setting = [](const std::string& key) {
     try {
-      of(between_walls("tolerance = 1e-10\n"), {"end.ball.x"}, {key});
+      penalty_of(between_walls("tolerance = 1e-10\n"), {"end.ball.x"}, {key});
     } catch (const std::exception& e) {
       return std::string(e.what());
     }
@@ -86,8 +86,9 @@ TEST_CASE("derivatives through a damped contact scale like the contact", "[sensi
     const bool fixed = std::string(integrator) == "rk4";
     const auto text = between_walls(fmt::format("contact = \"hunt-crossley\"\nintegrator = \"{}\"\n{}",
                                                 integrator, fixed ? "step = 1e-6\n" : "tolerance = 1e-13\n"));
-    const auto s = of(text, {"event.1.t", "event.2.t", "event.2.v_n_minus", "event.1.impulse_n"},
-                      {"bodies.ball.mass", "surfaces.s.young", "initial.ball.vx", "surfaces.s.restitution"});
+    const auto s =
+        penalty_of(text, {"event.1.t", "event.2.t", "event.2.v_n_minus", "event.1.impulse_n"},
+                   {"bodies.ball.mass", "surfaces.s.young", "initial.ball.vx", "surfaces.s.restitution"});
     INFO(integrator);
     const double delivered = delivered_restitution(1.5 * 0.4);
     const double free = 0.1 / 0.8 + 0.15 / (delivered * 0.8);
@@ -121,12 +122,12 @@ TEST_CASE("derivatives by the damping of a spring and damper are exact at its re
   constexpr double bound = 1e-8;
   for (const double K : {1e6, 1e8, 1e10}) {
     const double m = 0.3, v = 0.8, zeta = 0.2, D = 2 * zeta * std::sqrt(K * m);
-    const auto s =
-        of(between_walls(fmt::format("contact = \"kelvin-voigt\"\nkelvin_stiffness = {:.17g}\n"
-                                     "kelvin_damping = {:.17g}\nintegrator = \"dopri5\"\n"
-                                     "tolerance = 1e-13\n",
-                                     K, D)),
-           {"event.2.v_n_minus", "event.1.impulse_n"}, {"penalty.kelvin_damping", "bodies.ball.mass"});
+    const auto s = penalty_of(
+        between_walls(fmt::format("contact = \"kelvin-voigt\"\nkelvin_stiffness = {:.17g}\n"
+                                  "kelvin_damping = {:.17g}\nintegrator = \"dopri5\"\n"
+                                  "tolerance = 1e-13\n",
+                                  K, D)),
+        {"event.2.v_n_minus", "event.1.impulse_n"}, {"penalty.kelvin_damping", "bodies.ball.mass"});
     const double phi = std::acos(zeta), cot = zeta / std::sin(phi), e = std::exp(-2 * phi * cot);
     // de/dζ = e (2 φ/sin² φ − 2 cot φ) · (−1/sin φ)
     const double by_zeta = -e * (2 * phi / std::pow(std::sin(phi), 2) - 2 * cot) / std::sin(phi);

@@ -75,13 +75,16 @@ TEST_CASE("a number within an axis is varied as stated, with the unit axis deriv
                      test::guide("slide", "ground", "block", {2.0, 0.5}) +
                      test::run_for(0.3, "start = \"given\"\n[nonsmooth]\ntolerance = 1e-12\n");
   const double size = 2.0 * 2.0 + 0.5 * 0.5;
-  for (const auto& way : {test::event_driven, test::chosen_steps, test::automatic, test::penalty}) {
-    INFO(way.name);
-    const auto q =
-        sensitivities(test::scene_by(way, slide), {.of = {"end.block.x"},
-                                                   .to = {"joints.slide.axis[0]", "joints.slide.axis[1]"},
-                                                   .formulation = std::string(test::name_of(way.family))})
-            .quantities[0];
+  for (const auto& [formulation, scheme] : {std::pair{"nonsmooth", "event-driven"},
+                                            {"nonsmooth", "moreau-jean"},
+                                            {"nonsmooth", "automatic"},
+                                            {"penalty", "automatic"}}) {
+    INFO(formulation << ' ' << scheme);
+    const auto q = sensitivities(parse_scene(slide, "s.toml", {fmt::format("nonsmooth.scheme={}", scheme)}),
+                                 {.of = {"end.block.x"},
+                                  .to = {"joints.slide.axis[0]", "joints.slide.axis[1]"},
+                                  .formulation = formulation})
+                       .quantities[0];
     CHECK(q.value < 0);
     check_derivatives(q, {q.value * (1 / 2.0 - 2 * 2.0 / size), q.value * (1 / 0.5 - 2 * 0.5 / size)}, 1e-9);
   }
