@@ -1,4 +1,4 @@
-// Files of run folders: their contents, and the comparison of two folders.
+// Files of run folders: their contents, the comparison of two folders, and a folder of compare.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "verification/support/support.hpp"
+#include "mechanism/scene.hpp"
+#include "study/comparison/compare.hpp"
+#include "verification/support/runs.hpp"
 
 namespace freeplay::test {
 
@@ -47,6 +49,15 @@ inline void check_same(const std::filesystem::path& folder, const std::filesyste
     INFO(name);
     CHECK(expected.contains(name));  // no checkpoint, no incomplete file
   }
+}
+
+/// A comparison of the rig over a quarter of a revolution, made once.
+inline const std::filesystem::path& comparison() {
+  static const TemporaryFolder folder;
+  static const auto place = folder.path() / "two";
+  static const auto made =
+      compare(read_scene(flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"}), {}, place);
+  return place;
 }
 
 }  // namespace freeplay::test

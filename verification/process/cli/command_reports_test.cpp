@@ -94,8 +94,8 @@ TEST_CASE("two hundred random scenes are correct, doubtful or refused in every m
           "[random-scenes][long]") {
   const test::TemporaryFolder folder;
   const auto place = folder.path().string();
-  const auto o =
-      test::freeplay("extremes --strangers 200 --seed 17 -o " + place + "/out --document " + place + "/doc");
+  const auto o = test::freeplay("extremes --random-scenes 200 --seed 17 -o " + place + "/out --document " +
+                                place + "/doc");
   CAPTURE(o.out, o.err);
   const auto table = test::file_text(folder.path() / "out/strangers.csv");
   const auto rows = test::lines_of(table).size() - 1;

@@ -189,7 +189,7 @@ TEST_CASE("check and run ask about a missing guide, a rod that is too short and 
   const auto from = text.find("[joints.guide]");
   write_file(folder.path() / "unguided.toml", text.erase(from, text.find("[surfaces.steel]") - from));
   const auto unguided = place + "/unguided.toml", flores = test::flores().string(),
-             jams = flores + " --set 'joints.big_end.at[1][0]=-0.02' --set 'joints.gudgeon.at[0][0]=0.02'";
+             locks = flores + " --set 'joints.big_end.at[1][0]=-0.02' --set 'joints.gudgeon.at[0][0]=0.02'";
   const std::string
       guide =
           "question: bodies.slider is connected by joints.gudgeon only, at its centre of mass, and has no "
@@ -199,10 +199,10 @@ TEST_CASE("check and run ask about a missing guide, a rod that is too short and 
   const auto checked = test::freeplay("check " + unguided);
   CHECK_THAT(flat(checked.err), Contains(guide));
   CHECK_THAT(flat(checked.out), Contains("undriven motion 2 motions without a drive, of rod, slider"));
-  CHECK_THAT(flat(test::freeplay("check " + jams).err), Contains(turn));
+  CHECK_THAT(flat(test::freeplay("check " + locks).err), Contains(turn));
   CHECK_THAT(flat(test::freeplay("run " + unguided + brief + "0.03").err), Contains(guide));
   // 0.03 turns are 11 degrees.
-  CHECK_THAT(flat(test::freeplay("run " + jams + brief + "0.03").err), !Contains("cannot make a full turn"));
+  CHECK_THAT(flat(test::freeplay("run " + locks + brief + "0.03").err), !Contains("cannot make a full turn"));
   CHECK_THAT(flat(test::freeplay("check " + flores).out), !Contains("undriven motion"));
   // Steps of 60 degrees of the crank.
   const auto o = test::freeplay("run " + flores + brief + "3 --set nonsmooth.step=0.05");

@@ -7,22 +7,14 @@
 #include "plots/tables/table.hpp"
 #include "study/comparison/compare.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/run_files.hpp"
 
 using namespace freeplay;
 using namespace freeplay::report;
 using Catch::Matchers::Contains;
+using test::comparison;
 
 namespace {
-
-/// A comparison of the rig over a quarter of a revolution, made once.
-const std::filesystem::path& comparison() {
-  static const test::TemporaryFolder folder;
-  static const auto made =
-      compare(read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"}), {},
-              folder.path() / "two");
-  static const auto place = folder.path() / "two";
-  return place;
-}
 
 /// Centres of the circles of a radius and a colour in a frame, by its text.
 std::vector<Vec2> circles(const std::string& svg, const std::string& radius, const std::string& colour) {

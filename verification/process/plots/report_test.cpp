@@ -8,22 +8,14 @@
 #include "study/comparison/compare.hpp"
 #include "verification/process/untrusted_files/inputs.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/support/run_files.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
 using nlohmann::json;
+using test::comparison;
 
 namespace {
-
-/// A comparison of the rig over part of a revolution, made once.
-const std::filesystem::path& comparison() {
-  static const test::TemporaryFolder folder;
-  static const auto made =
-      compare(read_scene(test::flores(), {"run.revolutions=0.25", "run.discard=0", "run.forces=true"}), {},
-              folder.path() / "two");
-  static const auto place = folder.path() / "two";
-  return place;
-}
 
 /// The data of a page as read by a browser.
 json data_of(const std::string& page) {
@@ -158,12 +150,13 @@ TEST_CASE("shapes of bodies in body axes reproduce the pose", "[report]") {
 TEST_CASE("a folder without results is refused in one line, and nothing is written", "[report][errors]") {
   const test::Sandbox box;
   make_folder(box.at("empty"));
-  std::filesystem::copy(comparison() / "penalty", box.at("torn"), std::filesystem::copy_options::recursive);
-  box.add("torn/trajectory.csv", "t,crank.x\n0,zero\n");
+  std::filesystem::copy(comparison() / "penalty", box.at("damaged"),
+                        std::filesystem::copy_options::recursive);
+  box.add("damaged/trajectory.csv", "t,crank.x\n0,zero\n");
   for (const auto& [arguments, why] : {std::pair("nowhere", "nowhere: is not a folder"),
                                        {"empty", "contains no results to show"},
-                                       {"torn", "trajectory.csv"},
-                                       {"torn -o empty", "is a folder"}}) {
+                                       {"damaged", "trajectory.csv"},
+                                       {"damaged -o empty", "is a folder"}}) {
     const auto outcome = box.run(fmt::format("report {}", arguments));
     CAPTURE(outcome.err);
     CHECK(outcome.status == 2);
@@ -171,5 +164,5 @@ TEST_CASE("a folder without results is refused in one line, and nothing is writt
     CHECK(std::ranges::count(outcome.err, '\n') == 1);
   }
   CHECK(std::filesystem::is_empty(box.at("empty")));
-  CHECK_FALSE(std::filesystem::exists(box.at("torn/report.html")));
+  CHECK_FALSE(std::filesystem::exists(box.at("damaged/report.html")));
 }
