@@ -154,8 +154,7 @@ class Assembly : public Ipopt::TNLP {
 /// at each iteration and throws Interrupted if it is set.
 void least_movement(const System& system, const std::vector<double>& start, const std::vector<int>& left_out,
                     const Metric& metric, std::vector<double>& q, const StopToken& stop) {
-  static std::mutex one_at_a_time;  // MUMPS, the linear solver of Debian's Ipopt, has global state
-  const std::lock_guard lock(one_at_a_time);
+  const auto lock = ipopt_lock();
   Ipopt::SmartPtr<Ipopt::TNLP> problem = new Assembly(system, start, left_out, metric, q, stop);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = IpoptApplicationFactory();
   ipopt->Options()->SetIntegerValue("print_level", 0);
@@ -171,6 +170,11 @@ void least_movement(const System& system, const std::vector<double>& start, cons
 }
 
 }  // namespace
+
+std::unique_lock<std::mutex> ipopt_lock() {
+  static std::mutex one_at_a_time;
+  return std::unique_lock(one_at_a_time);
+}
 
 double length_scale(const System& system) {
   double scale = system.longest_arm();

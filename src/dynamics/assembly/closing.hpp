@@ -2,6 +2,7 @@
 // Φ(q, 0) = 0 and all contacts inside their clearance. Held coordinates keep their values.
 #pragma once
 
+#include <mutex>
 #include <vector>
 
 #include "dynamics/assembly/movable_rows.hpp"
@@ -11,6 +12,9 @@ namespace freeplay {
 
 struct Mechanism;
 class System;
+
+/// To be held while Ipopt solves: MUMPS, the linear solver of Debian's Ipopt, has global state.
+std::unique_lock<std::mutex> ipopt_lock();
 
 /// Length scale of a mechanism, to which errors of positions are related.
 double length_scale(const System& system);

@@ -1,0 +1,320 @@
+#include "analysis/play/play.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+
+#include "analysis/play/play_extremes.hpp"
+#include "dynamics/assembly/assembly.hpp"
+#include "mechanism/error.hpp"
+#include "mechanism/piecewise.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay {
+namespace {
+
+/// A drive of prescribed motion that does not follow another joint: its joint and its place at t = 0.
+struct Prescribed {
+  int joint = -1;
+  double start = 0;
+};
+
+std::optional<Prescribed> prescribed(const Drive& drive, const Mechanism& m) {
+  if (const auto* speed = std::get_if<SpeedDrive>(&drive))
+    return Prescribed{speed->joint, speed->initial_angle};
+  const auto* motion = std::get_if<MotionDrive>(&drive);
+  if (!motion || motion->of >= 0) return {};
+  return Prescribed{motion->joint, motion->course(m.curves).jet(0.0).value};
+}
+
+/// The mechanism with all prescribed motions held at their places at t = 0; that of `over` has t as its
+/// coordinate (−1: none).
+Mechanism held(Mechanism m, int over) {
+  const auto before = m;
+  const auto curve = [&](double rate) {
+    Curve c;
+    c.name = rate == 0 ? "held" : "advanced";
+    c.value = rate;
+    m.curves.push_back(c);
+    return static_cast<int>(m.curves.size()) - 1;
+  };
+  const int rest = curve(0), advance = curve(1);
+  for (auto& drive : m.drives) {
+    const auto found = prescribed(drive, before);
+    if (!found) continue;
+    MotionDrive motion;
+    motion.name = name_of(drive);
+    motion.joint = found->joint;
+    motion.velocity = found->joint == over ? advance : rest;
+    motion.initial = found->joint == over ? 0 : found->start;
+    drive = motion;
+  }
+  return m;
+}
+
+/// The joint that the positions are over, and its coordinate at the start.
+Prescribed driven_joint(const Mechanism& m, const std::string& name) {
+  std::string known;
+  for (const auto& drive : m.drives) {
+    const auto found = prescribed(drive, m);
+    if (!found) continue;
+    const auto& joint = name_of(m.joints[static_cast<std::size_t>(found->joint)]);
+    if (name.empty() ? found->joint == crank_joint(m) : joint == name) return *found;
+    known += (known.empty() ? "" : ", ") + joint;
+  }
+  if (name.empty()) return {};
+  throw ModelError("--over", fmt::format("no drive prescribes the motion of a joint \"{}\"; such joints: {}",
+                                         name, known.empty() ? "none" : known));
+}
+
+/// Follows the ideal pose q from t to `end` on its branch: false where the mechanism does not close any
+/// further, with t and q at the last position that closes.
+bool follow(LooseMechanism& mechanism, double end, double& t, Eigen::VectorXd& q) {
+  constexpr double longest = 0.1, farthest = 0.2, least = 1e-7;
+  const Eigen::VectorXd middle = Eigen::VectorXd::Zero(mechanism.size());
+  LooseMechanism::Equations f;
+  DenseLu factors;
+  if (!mechanism.close(middle, t, q, f, factors)) return false;
+  Eigen::VectorXd rate(mechanism.n());
+  double h = end - t;
+  const double span = std::max(std::abs(h), 1e-3);
+  while (t != end) {
+    if (constexpr double same = 1e-9; std::abs(end - t) <= same * span)
+      return mechanism.close(middle, t = end, q, f, factors);
+    const int sign = factors.sign();
+    factors.solve(f.by_t, rate);
+    for (int c = 0; c < mechanism.n(); ++c)
+      if (c % 3 == 2 && std::abs(rate[c] * h) > longest) h = std::copysign(longest / std::abs(rate[c]), h);
+    h = std::abs(h) > std::abs(end - t) ? end - t : h;
+    for (;; h /= 2) {
+      if (std::abs(h) < least * span) return false;
+      Eigen::VectorXd trial = q - h * rate;
+      const Eigen::VectorXd expected = trial;
+      LooseMechanism::Equations g;
+      DenseLu other;
+      const double next = h == end - t ? end : t + h;
+      if (mechanism.close(middle, next, trial, g, other) && other.sign() == sign &&
+          (trial - expected).norm() <= farthest * (h * rate).norm() + 1e-9 * mechanism.length()) {
+        t = next, q = trial, f = g, factors = other;
+        break;
+      }
+    }
+    h *= 2;
+  }
+  return true;
+}
+
+/// The parts of the components in both deviations.
+std::vector<double> parts_of(const LooseMechanism& mechanism, const Eigen::VectorXd& ideal,
+                             const PlayExtreme& most, const PlayExtreme& least, double width) {
+  std::vector<double> parts;
+  double sum = 0;
+  for (const auto& c : mechanism.components()) {
+    const auto a = ideal.segment(c.first, c.size());
+    const double part =
+        0.5 * ((a + most.a.segment(c.first, c.size())).dot(most.u.segment(c.first, c.size())) +
+               (least.a.segment(c.first, c.size()) - a).dot(least.u.segment(c.first, c.size())));
+    parts.push_back(part), sum += part;
+  }
+  for (auto& part : parts) part *= sum != 0 ? width / sum : 0;
+  return parts;
+}
+
+PlayRange range_of(LooseMechanism& mechanism, PlayExtremes& extremes, int k, Eigen::VectorXd& up,
+                   Eigen::VectorXd& down) {
+  PlayRange range;
+  Eigen::VectorXd a;
+  range.ideal = extremes.ideal(k, a);
+  double variance = 0;
+  for (const auto& c : mechanism.components()) {
+    const double size = a.segment(c.first, c.size()).norm();
+    range.linear += size;
+    range.variance.push_back(size * size / (c.disc ? 4 : 3));
+    variance += range.variance.back();
+  }
+  for (auto& part : range.variance) part /= variance > 0 ? variance : 1;
+  const auto most = extremes.greatest(k, 1, up), least = extremes.greatest(k, -1, down);
+  up = most.u, down = least.u;
+  range.greatest = most.value, range.bound_greatest = most.bound;
+  range.least = -least.value, range.bound_least = -least.bound;
+  range.settled = most.settled && least.settled;
+  range.at_greatest = most.q, range.at_least = least.q;
+  range.parts = parts_of(mechanism, a, most, least, range.width());
+  return range;
+}
+
+std::string joint_unit(const Play& play) { return play.slides ? "m" : "rad"; }
+
+std::string title_of(const LooseComponent& c) { return c.part.empty() ? c.joint : c.joint + "." + c.part; }
+
+/// The position of the widest range of a quantity; null if all are refused.
+const PlayPosition* widest(const Play& play, std::size_t k) {
+  const PlayPosition* found = nullptr;
+  for (const auto& p : play.positions)
+    if (p.refusal.empty() && (!found || p.ranges[k].width() > found->ranges[k].width())) found = &p;
+  return found;
+}
+
+/// Parts by joint, in the order of the components.
+std::vector<std::pair<std::string, double>> by_joint(const Play& play, const std::vector<double>& parts) {
+  std::vector<std::pair<std::string, double>> list;
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (!list.empty() && list.back().first == play.components[k].joint)
+      list.back().second += parts[k];
+    else
+      list.emplace_back(play.components[k].joint, parts[k]);
+  return list;
+}
+
+}  // namespace
+
+double PlayRange::gap() const {
+  const double open = bound_greatest - greatest + (least - bound_least);
+  return width() > 0 ? open / width() : open;
+}
+
+Play find_play(const Scene& scene, const PlayOptions& options) {
+  const auto& m = scene.mechanism;
+  Play play;
+  for (const auto& name : options.quantities) play.quantities.push_back(output_quantity(m, name));
+  const auto driven = driven_joint(m, options.over);
+  if (driven.joint >= 0) {
+    const auto& joint = m.joints[static_cast<std::size_t>(driven.joint)];
+    play.joint = name_of(joint);
+    play.slides = std::holds_alternative<TranslationalJoint>(joint);
+  }
+  if (!m.contacts.empty() || !m.groups.empty())
+    play.notes.emplace_back("contacts outside joints do not limit the positions");
+  const auto fixed = held(m, driven.joint);
+  const auto start = assemble(idealised(m), RunOptions::Start::ideal, nullptr, options.stop);
+  double t = driven.start;
+  LooseMechanism mechanism(fixed, play.quantities, start.q, t);
+  if (mechanism.size() == 0)
+    throw ModelError("joints",
+                     "no joint has clearance; give `clearance` to a revolute, translational, slot, "
+                     "gear or rack joint");
+  play.components = mechanism.components();
+  PlayExtremes extremes(mechanism);
+  Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(start.q.data(), mechanism.n());
+  std::vector<Eigen::VectorXd> up(play.quantities.size()), down(play.quantities.size());
+  const int points = options.over.empty() ? 1 : options.points;
+  for (int i = 0; i < points; ++i) {
+    if (options.stop()) throw Interrupted();
+    const double place = options.over.empty() ? t
+                         : points == 1        ? options.from
+                                              : options.from + (options.to - options.from) * i / (points - 1);
+    if (!follow(mechanism, place, t, q))
+      throw ModelError("--over",
+                       fmt::format("{} cannot be moved from {:.6g} to {:.6g} {}: the mechanism is at a dead "
+                                   "centre or does not close beyond {:.6g} {}",
+                                   play.joint, driven.start, place, joint_unit(play), t, joint_unit(play)));
+    PlayPosition at{place, {}, {}, {}};
+    const auto& region = extremes.enclose(q, t);
+    at.refusal = region.refusal;
+    at.pose = region.q;
+    if (at.refusal.empty())
+      for (std::size_t k = 0; k < play.quantities.size(); ++k)
+        at.ranges.push_back(range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k]));
+    play.positions.push_back(std::move(at));
+  }
+  if (std::ranges::none_of(play.positions, [](const auto& p) { return p.refusal.empty(); }))
+    throw ModelError(play.joint.empty() ? "" : "joints." + play.joint, play.positions.front().refusal);
+  return play;
+}
+
+Table play_table(const Play& play) {
+  Table table;
+  table.column(play.joint.empty() ? "t" : play.joint);
+  for (const auto& quantity : play.quantities)
+    for (const char* part : {"ideal", "least", "greatest", "bound_least", "bound_greatest", "linear"})
+      table.column(quantity.name + "." + part);
+  for (const auto& p : play.positions) {
+    std::vector<Table::Cell> row{p.coordinate};
+    for (const auto& r : p.ranges)
+      row.insert(row.end(), {r.ideal, r.least, r.greatest, r.bound_least, r.bound_greatest, r.linear});
+    row.resize(table.columns().size(), "");
+    table.row(std::move(row));
+  }
+  return table;
+}
+
+Table play_parts_table(const Play& play) {
+  Table table;
+  table.column(play.joint.empty() ? "t" : play.joint);
+  const std::vector<double> none(play.components.size(), 0.0);
+  for (const auto& quantity : play.quantities)
+    for (const auto& part : by_joint(play, none)) table.column(quantity.name + "." + part.first);
+  for (const auto& p : play.positions) {
+    std::vector<Table::Cell> row{p.coordinate};
+    for (const auto& r : p.ranges)
+      for (const auto& part : by_joint(play, r.parts)) row.emplace_back(part.second);
+    row.resize(table.columns().size(), "");
+    table.row(std::move(row));
+  }
+  return table;
+}
+
+nlohmann::json to_json(const Play& play) {
+  nlohmann::json all{{"joint", play.joint}, {"unit", joint_unit(play)}, {"positions", play.positions.size()}};
+  for (const auto& c : play.components)
+    all["clearances"].push_back(
+        {{"joint", title_of(c)}, {"kind", c.disc ? "disc" : "two-sided"}, {"m", c.clearance}});
+  all["refused"] = nlohmann::json::array();
+  for (const auto& p : play.positions)
+    if (!p.refusal.empty()) all["refused"].push_back({{"at", p.coordinate}, {"reason", p.refusal}});
+  const auto sentences = verdicts(play);
+  for (std::size_t k = 0; k < play.quantities.size(); ++k) {
+    double gap = 0;
+    bool settled = true;
+    for (const auto& p : play.positions)
+      if (p.refusal.empty()) gap = std::max(gap, p.ranges[k].gap()), settled &= p.ranges[k].settled;
+    nlohmann::json one{{"quantity", play.quantities[k].name},
+                       {"unit", play.quantities[k].unit()},
+                       {"verdict", sentences[k]},
+                       {"greatest_gap", gap},
+                       {"settled", settled}};
+    if (const auto* at = widest(play, k)) {
+      const auto& r = at->ranges[k];
+      one["widest"] = {{"at", at->coordinate}, {"width", r.width()}, {"linear_width", 2 * r.linear}};
+      for (const auto& [joint, part] : by_joint(play, r.parts)) one["widest"]["parts"][joint] = part;
+      for (const auto& [joint, part] : by_joint(play, r.variance))
+        one["widest"]["variance_shares"][joint] = part;
+    }
+    all["quantities"].push_back(std::move(one));
+  }
+  return all;
+}
+
+std::vector<std::string> verdicts(const Play& play) {
+  std::vector<std::string> list;
+  for (std::size_t k = 0; k < play.quantities.size(); ++k) {
+    const auto& quantity = play.quantities[k];
+    const auto* at = widest(play, k);
+    if (!at) {
+      list.push_back(quantity.name + " has no range");
+      continue;
+    }
+    const auto& r = at->ranges[k];
+    auto parts = by_joint(play, r.parts);
+    std::ranges::stable_sort(parts, std::ranges::greater{}, &std::pair<std::string, double>::second);
+    std::string shares;
+    constexpr std::size_t shown = 4;
+    for (std::size_t i = 0; i < std::min(parts.size(), shown); ++i)
+      shares += fmt::format("{}{:.0f} % by {}", i == 0 ? "" : ", ",
+                            r.width() > 0 ? 100 * parts[i].second / r.width() : 0, parts[i].first);
+    if (parts.size() > shown) shares += fmt::format(", {} others", parts.size() - shown);
+    list.push_back(fmt::format("{} is between {:.4g} and +{:.4g} {} of its ideal value{}: {}", quantity.name,
+                               r.least - r.ideal, r.greatest - r.ideal, quantity.unit(),
+                               play.joint.empty() ? ""
+                                                  : fmt::format(" (widest at {} = {:.4g} {})", play.joint,
+                                                                at->coordinate, joint_unit(play)),
+                               shares));
+  }
+  return list;
+}
+
+}  // namespace freeplay

@@ -1,0 +1,146 @@
+// freeplay play: how far outputs can be from their ideal values because of clearances.
+#include "analysis/play/play.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_line.hpp"
+#include "cli/figures.hpp"
+#include "cli/scene_report.hpp"
+#include "cli/terminal.hpp"
+#include "io/files/output_file.hpp"
+#include "io/files/result_set.hpp"
+#include "io/files/run_json.hpp"
+#include "io/scene/points_file.hpp"
+#include "io/scene/quantity.hpp"
+#include "io/scene/read_scene.hpp"
+#include "mechanism/scene.hpp"
+
+namespace freeplay::cli {
+namespace {
+
+struct PlayCommand : Request {
+  std::string scene, over, from, to;
+  std::vector<std::string> quantities, overrides;
+  int points = 73;
+  Reach reach = Reach::beside;  ///< permitted files of the scene
+  std::string output;           ///< result folder; empty: no files
+};
+
+/// An end of the positions in the unit of the joint.
+double place(const std::string& option, const std::string& text, bool slides) {
+  const char* unit = slides ? "m" : "rad";
+  if (text.empty())
+    throw ModelError(option, fmt::format("is needed with --over: a number in {}, or with a unit", unit));
+  if (const auto plain = number_in(text)) return *plain;
+  const auto read = read_quantity(text, unit);
+  if (!read.wrong.empty()) throw ModelError(option, read.wrong);
+  return read.value;
+}
+
+PlayOptions options_of(const PlayCommand& request, const Scene& scene) {
+  PlayOptions options;
+  options.quantities = request.quantities;
+  options.over = request.over;
+  options.points = request.points;
+  options.stop = request.stop;
+  if (request.over.empty()) {
+    if (!request.from.empty() || !request.to.empty())
+      throw ModelError("--over",
+                       "is needed with --from and --to: the driven joint whose coordinate they state");
+    return options;
+  }
+  const auto joint = std::ranges::find_if(scene.mechanism.joints,
+                                          [&](const Joint& j) { return name_of(j) == request.over; });
+  const bool slides =
+      joint != scene.mechanism.joints.end() && std::holds_alternative<TranslationalJoint>(*joint);
+  options.from = place("--from", request.from, slides);
+  options.to = place("--to", request.to, slides);
+  return options;
+}
+
+void print(const Scene& scene, const Play& play) {
+  fmt::print("{}\n\n", scene.mechanism.title.empty() ? scene.file.string() : scene.mechanism.title);
+  const char* unit = play.slides ? "m" : "rad";
+  for (std::size_t k = 0; k < play.quantities.size(); ++k) {
+    const auto& quantity = play.quantities[k];
+    fmt::print("{}, {}\n", quantity.name, quantity.unit());
+    Table table({(play.joint.empty() ? "t" : play.joint) + ", " + unit, "ideal", "least -", "greatest +",
+                 "linear +-", "gap"});
+    constexpr std::size_t most = 25;  // rows on a terminal
+    const std::size_t every = (play.positions.size() + most - 1) / most;
+    for (std::size_t i = 0; i < play.positions.size(); i += every) {
+      const auto& p = play.positions[i];
+      if (!p.refusal.empty()) {
+        table.row(fmt::format("{:.6g}", p.coordinate), "refused", "", "", "", "");
+        continue;
+      }
+      const auto& r = p.ranges[k];
+      table.row(fmt::format("{:.6g}", p.coordinate), fmt::format("{:.8g}", r.ideal),
+                fmt::format("{:.6g}", r.ideal - r.least), fmt::format("{:.6g}", r.greatest - r.ideal),
+                fmt::format("{:.6g}", r.linear), fmt::format("{:.0e}", r.gap()));
+    }
+    fmt::print("{}\n", table.terminal({14, 14, 13, 13, 13, 7}));
+  }
+  for (const auto& sentence : verdicts(play)) fmt::print("{}", wrapped(sentence + "\n", 2));
+  std::size_t refused = 0;
+  for (const auto& p : play.positions) refused += !p.refusal.empty();
+  if (refused > 0) {
+    const auto it = std::ranges::find_if(play.positions, [](const auto& p) { return !p.refusal.empty(); });
+    fmt::print("{}", wrapped(fmt::format("no range at {} of {} positions, first at {:.6g} {}: {}\n", refused,
+                                         play.positions.size(), it->coordinate, unit, it->refusal),
+                             2));
+  }
+  for (const auto& note : play.notes) fmt::print("{}", wrapped("note: " + note + "\n", 2));
+}
+
+int play(const PlayCommand& request) {
+  const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
+  ask(scene);
+  const auto found = located_in(scene, [&] { return find_play(scene, options_of(request, scene)); });
+  print(scene, found);
+  if (!request.output.empty()) {
+    const auto folder = real_folder(request.output);
+    ResultSet set(folder, "play");
+    write_file(set.place() / "play.csv", play_table(found).csv());
+    write_file(set.place() / "play_parts.csv", play_parts_table(found).csv());
+    write_json(set.place() / "play.json", to_json(found), provenance(scene));
+    set.commit();
+    fmt::print("\nresults in {}\n", folder.string());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void play_verb(Program& program) {
+  auto [options, request] =
+      program.verb("play", "compute how far outputs can be from ideal because of clearances", play);
+  options.scene(request.scene).required();
+  options
+      .add(
+          "--of", request.quantities,
+          "output: BODY.x, BODY.y, BODY.theta, POINT.x, POINT.y, a joint, or distance(POINT, POINT); may be repeated")
+      .takes("QUANTITY")
+      .one_each()
+      .required();
+  auto over =
+      options
+          .add("--over", request.over, "positions of this joint with prescribed motion; default: the start")
+          .takes("JOINT");
+  options.add("--from", request.from, "its first position, in rad or m, or with a unit (\"30 deg\")")
+      .takes("A")
+      .needs(over);
+  options.add("--to", request.to, "its last position").takes("B").needs(over);
+  options.add("--points", request.points, "number of positions")
+      .between(1, 100000)
+      .needs(over)
+      .shows_default();
+  options.set(request.overrides);
+  options.allow_outside(request.reach);
+  options.output(request.output, "result folder; default: no files");
+}
+
+}  // namespace freeplay::cli
