@@ -1,15 +1,11 @@
-// Serialization of data that persists from step to step, bit for bit. At random steps of a run the
-// state of an integrator, or of a factorisation, is serialized and restored in a new one, and both
-// continue with the same calls, as the steppers make them. Every time and every component must be
-// equal, not only close.
+// Serialization of data that persists from step to step, bit for bit. A factorisation is serialized and
+// restored in a new one, and both continue with the same calls: every component must be equal, not only
+// close. Integrators are restored with whole runs, in property/comparison/snapshot_test.cpp.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <functional>
 #include <random>
-#include <set>
 
-#include "formulations/integrators/adams.hpp"
-#include "formulations/integrators/bulirsch_stoer.hpp"
 #include "formulations/integrators/rosenbrock.hpp"
 #include "numerics/saddle_point.hpp"
 #include "values/memory.hpp"
@@ -18,81 +14,6 @@
 using namespace freeplay;
 
 namespace {
-
-/// Two Duffing oscillators, coupled, damped and driven: x = (q1, q2, v1, v2). A mode, as of a
-/// contact, stiffens the first one.
-struct Side {
-  bool pressed = false;
-  double stiffness() const { return pressed ? 40 : 1; }
-  void operator()(const Vector& x, Vector& dxdt, double t) const {
-    dxdt[0] = x[2];
-    dxdt[1] = x[3];
-    dxdt[2] = 7.5 * std::cos(t) - 0.1 * x[2] - stiffness() * x[0] * x[0] * x[0] - 0.5 * std::sin(x[0] - x[1]);
-    dxdt[3] = 0.5 * std::sin(x[0] - x[1]) - 0.05 * x[3] - 2 * x[1] * x[1] * x[1];
-  }
-  void jacobian(const Vector& x, double t, double* J, double* dfdt) const {  // column-major
-    std::fill_n(J, 16, 0.0);
-    std::fill_n(dfdt, 4, 0.0);
-    const double coupling = 0.5 * std::cos(x[0] - x[1]);
-    J[0 + 4 * 2] = J[1 + 4 * 3] = 1;
-    J[2 + 4 * 0] = -3 * stiffness() * x[0] * x[0] - coupling;
-    J[2 + 4 * 1] = J[3 + 4 * 0] = coupling;
-    J[2 + 4 * 2] = -0.1;
-    J[3 + 4 * 1] = -coupling - 6 * x[1] * x[1];
-    J[3 + 4 * 3] = -0.05;
-    dfdt[2] = -7.5 * std::sin(t);
-  }
-  template <class M>
-  void serialize(M& m) {
-    m(pressed);
-  }
-};
-
-/// Calls a method as the steppers do; the actions at a step depend on `engine` only.
-template <class Method>
-struct Run {
-  Method method;
-  Side side{};
-  bool restart = false;
-
-  bool step(std::mt19937& engine) {
-    const auto choice = engine() % 64;
-    const double share = 0.05 + 0.9 * static_cast<double>(engine() % 1000) / 1000;
-    if (restart) method.renew(side);
-    restart = false;
-    const double knot = 0.7 * std::floor(method.t / 0.7 + 1.001);
-    if (!method.step(side, knot)) return false;
-    const double t = method.t_old + share * (method.t - method.t_old);
-    if (choice == 0) {  // a contact closes: located in two attempts, with a shorter step after it
-      method.land(side, t);
-      method.land(side, method.t_old + 0.999 * (t - method.t_old));
-      side.pressed = !side.pressed;
-      restart = true;
-      method.limit_step(0.01 * share);
-    } else if (choice == 1) {  // it opens: no limit
-      method.land(side, t);
-      side.pressed = !side.pressed;
-      restart = true;
-    } else if (choice == 2) {  // an impact: restarted
-      method.land(side, t);
-      method.x[2] *= -0.8;
-      method.start(side, method.t, Vector(method.x));
-    } else if (choice == 3) {  // the step had zero length
-      method.start(side, method.t_old, method.x_old);
-    } else if (choice == 4) {  // a projection
-      method.x[1] += 1e-9 * share;
-      restart = true;
-    } else if (method.t >= knot) {
-      method.limit_step(INFINITY);
-      restart = true;
-    }
-    return true;
-  }
-  template <class M>
-  void serialize(M& m) {
-    m(method, side, restart);
-  }
-};
 
 template <class T>
 std::vector<std::byte> memory_of(T& x) {
@@ -107,51 +28,6 @@ void recall(T& x, const std::vector<std::byte>& bytes) {
   reader(x);
   REQUIRE(reader.at_end());
 }
-
-template <class Method>
-void check_method(const std::function<Method()>& make) {
-  Run<Method> run{make()};
-  run.method.start(run.side, 0.25, Vector{1.0, 0.5, 0.0, -0.3});
-  std::mt19937 engine(20240517);
-  std::set<int> moments;
-  while (moments.size() < 20) moments.insert(static_cast<int>(engine() % 400));
-  moments.insert(0);  // before the first step
-  long steps_compared = 0;
-  for (int step = 0; step <= *moments.rbegin(); ++step) {
-    if (moments.contains(step)) {
-      auto bytes = memory_of(run);
-      Run<Method> first{make()}, second{make()};
-      recall(first, bytes);
-      recall(second, memory_of(first));  // restored state can be serialized again
-      // `run` itself continues beside them, each driven by a separate copy of the engine.
-      std::mt19937 engines[] = {engine, engine, engine};
-      Run<Method>* runs[] = {&run, &first, &second};
-      for (int i = 0; i < 50; ++i) {
-        for (int r = 0; r < 3; ++r) REQUIRE(runs[r]->step(engines[r]));
-        for (int r = 1; r < 3; ++r) {
-          REQUIRE(runs[r]->method.t == run.method.t);
-          REQUIRE(runs[r]->method.t_old == run.method.t_old);
-          REQUIRE(runs[r]->method.x == run.method.x);
-          REQUIRE(runs[r]->method.dxdt == run.method.dxdt);
-          REQUIRE(runs[r]->method.rejected == run.method.rejected);
-        }
-        ++steps_compared;
-      }
-      engine = engines[0];
-    }
-    REQUIRE(run.step(engine));
-  }
-  CHECK(steps_compared == 21 * 50);
-
-  auto bytes = memory_of(run);
-  for (const std::size_t size : {bytes.size() - 1, bytes.size() / 2, std::size_t{9}, std::size_t{0}}) {
-    Run<Method> cut{make()};
-    MemoryReader reader{std::span(bytes).first(size)};
-    CHECK_THROWS_AS(reader(cut), MemoryError);
-  }
-}
-
-ErrorNorm norm(double tolerance) { return {{1, 1, 1, 1}, {1, 1, 1, 1}, tolerance}; }
 
 /// A chain of rows of six entries, as in saddle_point_test.cpp, and the last row with one entry.
 struct Chain {
@@ -203,30 +79,13 @@ Solution solve(SaddlePoint& solver, const Chain& chain, bool respond) {
 
 }  // namespace
 
-TEST_CASE("an integrator restored from its serialized state continues bit for bit", "[memory]") {
-  SECTION("dopri5") {
-    check_method<Dopri5>([] { return Dopri5(norm(1e-8), 1e-3); });
-  }
-  SECTION("rk4") {
-    check_method<Rk4>([] { return Rk4(5e-3); });
-  }
-  SECTION("bulirsch-stoer") {
-    check_method<BulirschStoer>([] { return BulirschStoer(norm(1e-10), 1e-3); });
-  }
-  SECTION("adams") {
-    check_method<Adams>([] { return Adams(norm(1e-9), 1e-3); });
-  }
-  SECTION("rosenbrock4") {
-    check_method<Rosenbrock>([] { return Rosenbrock(norm(1e-6), 1e-3); });
-  }
-}
-
 TEST_CASE("serialized state of one integrator is refused by another", "[memory]") {
-  const Side side;
-  Dopri5 dopri(norm(1e-8), 1e-3);
-  dopri.start(side, 0, Vector{1.0, 0.5, 0.0, -0.3});
+  const auto still = [](const Vector&, Vector& dxdt, double) { std::ranges::fill(dxdt, 0); };
+  const ErrorNorm norm{{1}, {1}, 1e-8};
+  Dopri5 dopri(norm, 1e-3);
+  dopri.start(still, 0, Vector{1.0});
   const auto bytes = memory_of(dopri);
-  Rosenbrock rosenbrock(norm(1e-8), 1e-3);
+  Rosenbrock rosenbrock(norm, 1e-3);
   MemoryReader reader(bytes);
   CHECK_THROWS_AS(reader(rosenbrock), MemoryError);
 }
