@@ -62,23 +62,6 @@ TEST_CASE("film forces equal the quadrature of their pressure at small and large
         }
 }
 
-TEST_CASE("the pressure of a long bearing solves Reynolds' equation", "[film]") {
-  // d/dθ(h³ dp/dθ) = 12 μ R² q with q = −n·w: by central differences of step 1e-3, error 1e-6 times
-  // derivatives ~ 10.
-  const auto f = film(Film::Kind::long_bearing, false);
-  const double e = 0.4, w_r = 0.03, w_t = -0.08, h = 1e-3, c = f.clearance;
-  const auto flow = [&](double t) {
-    const double x = c * (1 - e * std::cos(t));
-    return x * x * x * (pressure(f, e, w_r, w_t, t + h / 2) - pressure(f, e, w_r, w_t, t - h / 2)) / h;
-  };
-  for (double t = -3; t < 3; t += 0.37) {
-    const double expected = -12 * f.viscosity * f.radius * f.radius * (w_r * std::cos(t) + w_t * std::sin(t));
-    CHECK((flow(t + h / 2) - flow(t - h / 2)) / h ==
-          Approx(expected).margin(1e-4 * 12 * f.viscosity * f.radius * f.radius * 0.1));
-  }
-  CHECK(pressure(f, e, w_r, w_t, pi) == Approx(0).margin(1e-6));
-}
-
 // Steady running of a lubricated joint: limits of the load. Closed forms of the coefficients are in
 // verification/claims/film_coefficients.cpp.
 

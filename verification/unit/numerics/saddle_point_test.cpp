@@ -243,16 +243,6 @@ TEST_CASE("rows that become dependent during a motion are detected and released 
   }
 }
 
-TEST_CASE("non-finite values are refused", "[saddle]") {
-  std::mt19937 engine(3);
-  auto p = random_problem(engine, 12, 5, 0);
-  p.values[3] = std::nan("");
-  for (auto path : {SolvePath::dense, SolvePath::sparse}) {
-    SaddlePoint solver(p.mass, p.G, path);
-    REQUIRE_FALSE(solver.factor(p.values.data()));
-  }
-}
-
 TEST_CASE("elimination of rows that fix a coordinate does not change the solution", "[saddle]") {
   std::mt19937 engine(11);
   std::uniform_real_distribution<double> u(-1, 1);
