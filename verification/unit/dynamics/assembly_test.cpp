@@ -25,20 +25,6 @@ State start_of(const std::string& elements, std::string* assumed = nullptr,
 }
 }  // namespace
 
-TEST_CASE("the reference scene is assembled without any given position", "[assembly]") {
-  const auto scene = read_scene(test::flores());
-  const State s = assemble(scene.mechanism, RunOptions::Start::ideal);
-  const System ideal(idealised(scene.mechanism));
-  REQUIRE(largest_residual(ideal, s) < 1e-13);
-  // Ideal slider-crank at top dead centre: rod's centre at r + l/2, slider at r + l, rod turning at
-  // −ω r/l.
-  const double omega = main_drive(scene.mechanism)->speed;
-  REQUIRE(s.q[3] == Approx(0.2));
-  REQUIRE(s.q[6] == Approx(0.35));
-  REQUIRE(s.v[5] == Approx(-omega * 0.05 / 0.3));
-  REQUIRE(s.v[6] == Approx(0).margin(1e-14));
-}
-
 TEST_CASE("assembly from a rough start displaces bodies in inverse proportion to their mass", "[assembly]") {
   // Two free bodies whose points must coincide: the lighter one moves farther, in the ratio of the
   // masses.

@@ -171,27 +171,6 @@ TEST_CASE("the exact Jacobian is correct with curves, motors and governors", "[d
   CHECK(test::jacobian_error(scene, 7) < 1e-6);
 }
 
-TEST_CASE("a run with motors continues from a snapshot bit for bit", "[driving]") {
-  const auto scene = parse_scene(
-      rotor + test::curve("supply", "ramp", "to = 24\nrise = 0.2\n") +
-          test::drive("motor", "main",
-                      "voltage = \"supply\"\nresistance = 1.5\ntorque_constant = 0.4\n"
-                      "inductance = 0.01\n") +
-          test::drive("governor", "main", "target_speed = 10\nproportional = 0.1\nintegral = 1\n") + length,
-      "s");
-  for (const auto* formulation : {"penalty", "nonsmooth"}) {
-    Simulation whole(scene, formulation), first(scene, formulation), second(scene, formulation);
-    REQUIRE(whole.run().ending.status == Ending::Status::finished);
-    first.run({.until = 0.21});
-    second.restore(first.snapshot());
-    first.run();
-    second.run();
-    CHECK(first.state().v == second.state().v);
-    CHECK(first.state().z == second.state().z);
-    CHECK(first.state().v[2] == Approx(whole.state().v[2]).epsilon(1e-6));
-  }
-}
-
 TEST_CASE("a joint driven beyond its reach is reported with its drive", "[driving]") {
   const auto scene = parse_scene(rotor + test::curve("c", "constant", "value = 0.7\n") +
                                      test::drive("d", "main", "position = \"c\"\n") +
