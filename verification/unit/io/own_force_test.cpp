@@ -22,10 +22,10 @@ double step_response(double t) {
 /// A force proportional to time.
 Vec2 ramp(const void*, const char*, double t, const Vec2&, const Vec2&) { return {shove * t, 0}; }
 
-/// A free body with a load without a force of its own, rotating at 2 rad/s.
+/// A free body, rotating at 2 rad/s, with a load whose force that of the user replaces.
 Scene free_body(const std::string& more = {}, const std::vector<std::string>& overrides = {}) {
   return parse_scene(test::body("block", 2, 0.1, "angular_velocity = 2\n") +
-                         "[loads.hand]\ntype = \"force\"\nbody = \"block\"\nforce = [0, 0]\n" + more +
+                         "[loads.hand]\ntype = \"force\"\nbody = \"block\"\nforce = [5, 7]\n" + more +
                          test::run_for(1.5, "start = \"given\"\n"),
                      "block", overrides);
 }
@@ -59,15 +59,6 @@ TEST_CASE("a body under a user-supplied spring and damper moves as in the closed
   CHECK(std::abs(result.ledger.closure()) < 1e-4 * result.ledger.scale());
 }
 
-TEST_CASE("fixed steps with a user-supplied force are of second order", "[own-force]") {
-  const auto error_at = [](double step) {
-    auto scene = free_body("", {fmt::format("nonsmooth.step={}", step)});
-    put(scene, in_hand(oscillator));
-    return std::abs(Simulation(scene, "nonsmooth").run().final_state.q[0] - step_response(1.5));
-  };
-  for (const double h : {8e-3, 4e-3}) test::check_order({h, h / 2}, error_at, 1.7, 2.3);
-}
-
 TEST_CASE("a user-supplied force in body axes turns with the body", "[own-force]") {
   // m ẍ = F t cos 2t, m ÿ = F t sin 2t from rest: integrated twice by hand.
   const auto formulation = GENERATE("penalty", "nonsmooth");
@@ -79,25 +70,6 @@ TEST_CASE("a user-supplied force in body axes turns with the body", "[own-force]
   const double y = a * (2 / (w * w * w) - t * std::sin(w * t) / (w * w) - 2 * std::cos(w * t) / (w * w * w));
   CHECK(q[0] == Approx(x).margin(1e-6));
   CHECK(q[1] == Approx(y).margin(1e-6));
-}
-
-TEST_CASE("a constant user-supplied force moves the rig like a force of the scene", "[own-force]") {
-  const std::string formulation = GENERATE("penalty", "nonsmooth");
-  const auto with = [](const char* force) {
-    return parse_scene(test::file_text(test::flores()) +
-                           "\n[loads.hand]\ntype = \"force\"\nbody = \"slider\"\nforce = " + force + "\n",
-                       test::flores().string(), {"run.revolutions=0.2", "run.discard=0"});
-  };
-  const auto expected = Simulation(with("[-30, 0]"), formulation).run();
-  auto scene = with("[5, 7]");
-  put(scene, in_hand([](const void*, const char*, double, const Vec2&, const Vec2&) {
-        return Vec2{-30, 0};
-      }));
-  const auto found = Simulation(scene, formulation).run();
-  REQUIRE(found.events.size() == expected.events.size());
-  REQUIRE(found.events.size() >= 3);
-  for (std::size_t i = 0; i < 3; ++i) CHECK(found.events[i].t == Approx(expected.events[i].t).epsilon(1e-7));
-  CHECK(found.ledger.load == Approx(expected.ledger.load).epsilon(1e-5));
 }
 
 TEST_CASE("a user-supplied force is reported and is part of the identity of a run", "[own-force]") {
