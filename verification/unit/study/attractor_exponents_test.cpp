@@ -1,8 +1,8 @@
-// Lyapunov exponents of attractors over a parameter and over starts, and those of penalty runs.
+// Lyapunov exponents of attractors over a parameter and over starts, stored and refused, and those of
+// penalty runs. Their values are claims of "lyapunov".
 #include "study/attractors/attractor_exponents.hpp"
 #include "analysis/lyapunov.hpp"
 #include "analysis/orbit.hpp"
-#include "verification/references/orbits.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
@@ -19,10 +19,6 @@ std::string shaken(const std::string& strengths, const std::string& more) {
       "'joints.rail.between=[\"ground\", \"ball\"]', 'joints.rail.axis=[0, 1]', "
       "'nonsmooth.scheme=\"event-driven\"']\n{}",
       (test::source_folder() / "cases/ball-on-table/scene.toml").string(), strengths, more);
-}
-
-reference::ShakenBall ball_at(long double amplitude) {
-  return {.amplitude = amplitude, .frequency = std::sqrt(9810.0L), .gravity = 9.81L, .restitution = 0.8L};
 }
 
 struct WithExponents {
@@ -48,28 +44,6 @@ Scene oscillator(const std::vector<std::string>& set) {
 }
 
 }  // namespace
-
-TEST_CASE("exponents of a ball's attractors are logarithms of their multipliers", "[attractors][lyapunov]") {
-  const test::StudyDesk desk;
-  const auto study = desk.read(shaken("0.6e-3, 1.065e-3", "exponents = true\n"));
-  const auto all = run_study(study, desk.at("a.db"));
-  const double period = 2 * std::numbers::pi / std::sqrt(9810.0);
-  const auto& runs = all.runs.chains.at(0);
-  REQUIRE(runs.size() == 2);
-  for (const auto& run : runs) {
-    REQUIRE(run.attractor.period == 1);
-    REQUIRE(run.exponent);
-    CHECK(run.exponent->reason.empty());
-  }
-  // A complex pair of modulus e, since the determinant is e² also beside the orbit.
-  CHECK(runs[0].exponent->value * period == Approx(std::log(0.8)).margin(1e-6));
-  // Real multipliers below the period doubling: 0.94^180 of the first deviation from the orbit is left.
-  const auto ball = ball_at(1.065e-3L);
-  const auto pair = reference::multipliers(ball.trace(), ball.determinant());
-  const auto expected = static_cast<double>(std::log(std::max(std::abs(pair[0]), std::abs(pair[1]))));
-  CHECK(runs[1].exponent->value * period == Approx(expected).margin(1e-3));
-  CHECK(runs[1].exponent->error * period < 1e-3);
-}
 
 TEST_CASE("exponents of a study are stored, and a study without them has the same results",
           "[attractors][lyapunov]") {

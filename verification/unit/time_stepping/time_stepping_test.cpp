@@ -6,7 +6,6 @@
 #include "facade/simulation.hpp"
 #include "formulations/time_stepping/contact_set.hpp"
 #include "formulations/time_stepping/moreau.hpp"
-#include "formulations/time_stepping/position_correction.hpp"
 #include "formulations/time_stepping/step_pace.hpp"
 #include "formulations/time_stepping/step_problem.hpp"
 #include "formulations/time_stepping/step_results.hpp"
@@ -130,7 +129,6 @@ struct Ball {
         contacts(system, {0.8}, step),
         responses(system, 1, false),
         problem(data, scene.nonsmooth, 1, false, false),
-        correction(data, 1e-10, false),
         record(system, step),
         log(1) {
     auto state = assemble(scene.mechanism, scene.run.start);
@@ -165,7 +163,6 @@ struct Ball {
   ContactSet contacts;
   ImpulseResponses responses;
   StepProblem problem;
-  PositionCorrection correction;
   ContactRecord record;
   ContactLog log;
 };
@@ -221,25 +218,6 @@ TEST_CASE("a smooth step includes only closed contacts, within their slack", "[m
   CHECK(closed.contact().active);
   CHECK_FALSE(closed.contact().in_impact);
   CHECK(closed.data.v[1] == Approx(0).margin(1e-15));  // no restitution
-}
-
-TEST_CASE("an overlap is corrected to a gap of zero without changing velocities", "[moreau][step]") {
-  Ball ball(-3e-5, -0.25, 1e-3);
-  ball.begin(1e-3);
-  ball.solve();
-  const double v = ball.data.v[1];
-  ball.data.q = ball.data.q_old;
-  ball.correction.bring_back(ball.data, ball.contacts, ball.problem, ball.responses, ball.films);
-  CHECK(ball.contact().gap == Approx(0).margin(1e-15));
-  CHECK(ball.data.q[1] - ball.data.q_old[1] == Approx(3e-5));
-  CHECK(ball.data.v[1] == v);
-  CHECK(ball.data.totals.extremes.penetration[0] == Approx(0).margin(1e-15));
-  Ball above(1e-3, 0, 1e-3);
-  above.begin(1e-3);
-  above.solve();
-  above.data.q = above.data.q_old;
-  above.correction.bring_back(above.data, above.contacts, above.problem, above.responses, above.films);
-  CHECK(above.data.q == above.data.q_old);
 }
 
 TEST_CASE("a position correction that does not meet its tolerance is reported", "[moreau][step]") {
