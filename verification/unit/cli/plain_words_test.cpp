@@ -21,26 +21,6 @@ std::string flores(double rod, bool clearance_joint) {
   return text.erase(from, text.find("[joints.guide]") - from);
 }
 
-/// A four-bar with links d (ground), a (input), b, c, open, its input at `angle`.
-std::string four_bar(double d, double a, double b, double c, double angle) {
-  const Vec2 B(a * std::cos(angle), a * std::sin(angle)), D(d, 0);
-  const double far = (D - B).norm(), along = (far * far + b * b - c * c) / (2 * far);
-  const Vec2 u = (1 / far) * (D - B), across(-u.y(), u.x());
-  const Vec2 C = B + along * u + std::sqrt(b * b - along * along) * across;
-  const auto link = [](const char* name, Vec2 from, Vec2 to) {
-    const Vec2 middle = 0.5 * (from + to), way = to - from;
-    return test::body(name, 1, 0.01,
-                      fmt::format("position = [{}, {}]\nangle = {}\n", middle.x(), middle.y(),
-                                  std::atan2(way.y(), way.x())));
-  };
-  return link("input", {0, 0}, B) + link("coupler", B, C) + link("output", D, C) +
-         test::pin("A", "ground", "input", {0, 0}, {-a / 2, 0}) +
-         test::pin("B", "input", "coupler", {a / 2, 0}, {-b / 2, 0}) +
-         test::pin("C", "coupler", "output", {b / 2, 0}, {c / 2, 0}) +
-         test::pin("D", "output", "ground", {-c / 2, 0}, D) + test::motor("motor", "A", 1) +
-         "[run]\nrevolutions = 2\n";
-}
-
 std::optional<DeadPoint> dead(const std::string& text) {
   const auto scene = parse_scene(text, "s.toml");
   return dead_point(scene.mechanism, scene.run.duration);
@@ -62,14 +42,6 @@ TEST_CASE("a rotation that the ideal mechanism cannot complete ends at its dead 
   CHECK(clearance_joint->angle == Approx(std::asin((l + play) / r)).margin(accuracy));
   CHECK_FALSE(dead(flores(0.3, true)));
   CHECK_FALSE(dead(flores(0.051, false)));  // just long enough
-  // For a four-bar without a rotating link, the input ends where coupler and output are in line
-  // (the law of cosines).
-  const double d = 0.5, a = 0.3, b = 0.25, c = 0.3, start = 1.0;
-  const auto rocks = dead(four_bar(d, a, b, c, start));
-  REQUIRE(rocks);
-  const double last = std::acos((a * a + d * d - (b + c) * (b + c)) / (2 * a * d));
-  CHECK(rocks->angle == Approx(last - start).margin(accuracy));
-  CHECK_FALSE(dead(four_bar(0.4, 0.1, 0.35, 0.3, 0.4)));  // a crank-rocker
   // A run that ends before the dead point reports nothing.
   auto early = parse_scene(flores(l, false), "s.toml");
   CHECK_FALSE(dead_point(early.mechanism, 0.9 * std::asin(l / r) / (200 * 2 * std::numbers::pi / 60)));

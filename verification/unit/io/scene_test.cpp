@@ -81,19 +81,6 @@ TEST_CASE("the reference scene is read with its values", "[scene]") {
   REQUIRE(s.instruments.at(0).bandwidth == 1000);
 }
 
-TEST_CASE("overrides set any key", "[scene]") {
-  const auto s =
-      parse_scene(scene(), "s",
-                  {"joints.loose.clearance=2e-3", "penalty.contact=flores", "surfaces.steel.friction=0",
-                   "bodies.a.position=[1, 2]", "drives.motor.speed_rpm=-30", "loads.push.type=force",
-                   "loads.push.body=b", "loads.push.force=[1,0]"});
-  REQUIRE(std::get<RevoluteJoint>(s.mechanism.joints[1]).clearance->radial == 2e-3);
-  REQUIRE(s.penalty.contact == ContactLaw::flores);
-  REQUIRE(s.mechanism.bodies[0].position == Vec2(1, 2));
-  REQUIRE(s.run.duration == Approx(4));
-  REQUIRE(s.mechanism.loads.size() == 1);
-}
-
 TEST_CASE("an override sets one number of a list", "[scene]") {
   const std::string text = scene() + test::body("c", 1, 1, "points = { pin = [0.1, 0.2] }\n") +
                            "[joints.named]\ntype = \"revolute\"\nbetween = [\"b\", \"c\"]\n"

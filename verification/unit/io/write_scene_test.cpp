@@ -410,20 +410,6 @@ TEST_CASE("Scene::set keeps changes made in code", "[scene]") {
   REQUIRE_THAT(refusal(keyed, "drives.motor.torque", "1"), Contains("needs exactly one of"));
 }
 
-TEST_CASE("Scene::set on a scene built in code", "[scene]") {
-  auto scene = test::row_of_four_bars(2, 1e-3);
-  const auto original = scene;
-  scene.set("joints.back2.clearance", 2e-3);
-  scene.set("run.duration", "0.25");
-  scene.set("penalty.contact", "flores");
-  auto expected = original;
-  std::get<RevoluteJoint>(expected.mechanism.joints.back()).clearance->radial = 2e-3;
-  expected.run.duration = 0.25;
-  expected.penalty.contact = ContactLaw::flores;
-  REQUIRE(first_difference(to_toml(scene), to_toml(expected)).empty());
-  REQUIRE_THAT(refusal(scene, "run.revolutions", "1"), Contains("needs a drive that turns"));
-}
-
 TEST_CASE("naming the default scheme explicitly gives the same canonical text", "[write_scene]") {
   const auto text = [](std::vector<std::string> set) {
     return to_toml(parse_scene("[bodies.b]\nmass = 1\ninertia = 1\n[run]\nduration = 1\n", "s.toml", set));
