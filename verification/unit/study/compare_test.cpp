@@ -52,6 +52,25 @@ Comparison planted(double revolutions) {
 
 }  // namespace
 
+TEST_CASE("pairing of contacts ends where the motions diverge", "[compare]") {
+  const std::vector<ContactEvent> a{impact(1, 1), impact(2, .5), impact(3, .3)};
+  const std::vector<ContactEvent> b{impact(1.009, 1), impact(2.09, .5), impact(3.4, .3)};
+  const auto p = pair_impacts(a, b, 1);
+  REQUIRE(p.pairs.size() == 2);
+  REQUIRE(p.horizon == 2.09);
+  // A truncated list is known up to its last event: missing events after it are no difference.
+  const std::vector<ContactEvent> cut{impact(1, 1), impact(2, .5)};
+  const std::vector<ContactEvent> whole{impact(1.009, 1), impact(2.01, .5), impact(3.01, .3)};
+  const auto known = pair_impacts(cut, whole, 1, 2);
+  REQUIRE(known.pairs.size() == 1);  // the second ends where the list does
+  REQUIRE_THAT(known.ended_by, Contains("events of a run end there"));
+  REQUIRE_THAT(pair_impacts(cut, whole, 1).ended_by,
+               Contains("contact event 3") && Contains("the nonsmooth run only"));
+  REQUIRE_THAT(p.ended_by, Contains("contact event 3"));
+  REQUIRE(pair_impacts(a, a, 1).pairs.size() == 3);
+  REQUIRE(pair_impacts(a, {a[0]}, 1).pairs.size() == 1);
+}
+
 TEST_CASE("contacts far apart in time are not paired, however long the time before them", "[compare]") {
   // 487 ms of 2 s is less than a quarter of the time since the start, and no earlier event makes
   // the motions diverge.
@@ -222,9 +241,7 @@ TEST_CASE("the verdict takes extreme values and differences of pairs from the ru
   c.nonsmooth.contacts[0].fastest_approach = 3;
   c.penalty.contacts[0].greatest_impulse = 1;
   c.nonsmooth.contacts[0].greatest_impulse = 1.5;
-  ContactEvent a, b;
-  a.kind = b.kind = EventKind::impact;
-  a.v_n_minus = -1, b.v_n_minus = -3;
+  auto a = impact(0, 1), b = impact(0, 3);
   a.impulse_n = 0.08093, b.impulse_n = 0.05175;
   c.pairing.pairs = {{a, b}};
   const auto v = comparison_values(read_scene(test::flores()), c);
@@ -244,9 +261,7 @@ TEST_CASE("a long name of a contact is printed once for consecutive pairs", "[co
   c.frictional = {false, false};
   for (auto* run : {&c.penalty, &c.nonsmooth}) run->contacts.resize(2);
   const auto at = [](double t, int contact) {
-    ContactEvent e;
-    e.t = t;
-    e.contact = contact;
+    const auto e = impact(t, 0, contact);
     return ImpactPair{e, e};
   };
   // 13 characters do not fit the column of 12.
