@@ -25,10 +25,9 @@
 //
 // Sign convention: world axes; angles, rates and moments counter-clockwise; every force, moment and
 // torque is that on the body named (rotor, welded body, slider), by the joint or the drive. Moments
-// are about the joint's point on that body (O or Q); moment_about of planar.hpp moves them. e_r, Q
-// and d are given in the carrier's frame, which is the world's at θ = 0; c and p in the world's. g
-// is the acceleration of gravity, (0, −9.81) where it points down. No friction. Units: m, kg, s,
-// rad, N.
+// are about the joint's point on that body (O or Q). e_r, Q and d are given in the carrier's frame,
+// which is the world's at θ = 0; c and p in the world's. g is the acceleration of gravity, (0, −9.81)
+// where it points down. No friction. Units: m, kg, s, rad, N.
 // Source: the momentum theorems of a rigid body; any text of dynamics.
 #pragma once
 

@@ -13,7 +13,6 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <vector>
 
 namespace freeplay::reference {
 
@@ -49,29 +48,6 @@ inline BallImpact ball_impact(const BouncingBall& ball, int k) {
 inline double ball_accumulation_time(const BouncingBall& ball) {
   if (ball.restitution == 1) return std::numeric_limits<double>::infinity();
   return ball.first_time() * (1 + ball.restitution) / (1 - ball.restitution);
-}
-
-/// All impacts up to the time `until` (s), but no more than `most`.
-inline std::vector<BallImpact> ball_impacts(const BouncingBall& ball, double until, int most = 1000) {
-  std::vector<BallImpact> impacts;
-  for (int k = 1; k <= most; ++k) {
-    const BallImpact impact = ball_impact(ball, k);
-    if (impact.t > until || (k > 1 && impact.approach == 0)) break;
-    impacts.push_back(impact);
-  }
-  return impacts;
-}
-
-/// Height (m) at the time t (s).
-inline double ball_height(const BouncingBall& ball, double t) {
-  const double t1 = ball.first_time(), g = ball.gravity;
-  if (t <= t1) return ball.height - 0.5 * g * t * t;
-  if (t >= ball_accumulation_time(ball)) return 0;
-  int k = 1;
-  while (ball_impact(ball, k + 1).t <= t && ball_impact(ball, k + 1).t > ball_impact(ball, k).t) ++k;
-  const BallImpact last = ball_impact(ball, k);
-  const double tau = t - last.t;
-  return std::fmax(0.0, tau * (last.rebound - 0.5 * g * tau));
 }
 
 }  // namespace freeplay::reference

@@ -2,7 +2,6 @@
 // ½ m v² = K δⁿ⁺¹/(n + 1), gives
 //
 //     δ_max = [(n + 1) m v² / (2K)]^{1/(n+1)}               n = 3/2: (5 m v²/(4K))^{2/5}
-//     δ̇ = v √(1 − (δ/δ_max)ⁿ⁺¹)
 //     T = 2 (δ_max/v) ∫₀¹ dz/√(1 − zⁿ⁺¹) = C_n δ_max/v
 //     C_n = 2/(n+1) B(1/(n+1), ½) = 2 √π Γ(1 + 1/(n+1)) / Γ(½ + 1/(n+1))
 //
@@ -43,11 +42,6 @@ inline ElasticImpact elastic_impact(double stiffness, double mass, double speed,
   impact.force = stiffness * std::pow(impact.depth, n);
   impact.impulse = 2 * mass * speed;
   return impact;
-}
-
-/// Magnitude of the speed (m/s) at the depth δ (m), 0 ≤ δ ≤ δ_max, in compression and in expansion.
-inline double elastic_impact_speed(double depth, double greatest_depth, double speed, double n = 1.5) {
-  return speed * std::sqrt(1 - std::pow(depth / greatest_depth, n + 1));
 }
 
 }  // namespace freeplay::reference

@@ -41,11 +41,4 @@ struct JointLoad {
   Real moment = 0;     ///< N m
 };
 
-/// The moment (N m) of the same load about another point, which lies at `offset` from the present
-/// one.
-template <class Real>
-Real moment_about(const JointLoad<Real>& load, const Planar<Real>& offset) {
-  return load.moment - cross(offset, load.force);
-}
-
 }  // namespace freeplay::reference
