@@ -5,7 +5,7 @@
 #include "simulation/film_statistics.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/journal_scene.hpp"
-#include "verification/references/journal_coefficients.hpp"
+#include "verification/references/journal_bearing.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

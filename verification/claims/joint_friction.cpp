@@ -3,7 +3,6 @@
 // schemes.
 #include "verification/references/joint_friction.hpp"
 #include "verification/claims/force_claims.hpp"
-#include "verification/references/four_bar_friction.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

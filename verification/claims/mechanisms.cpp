@@ -1,7 +1,6 @@
 // Published mechanisms.
 #include "verification/claims/claim.hpp"
 #include "verification/references/loose_guide.hpp"
-#include "verification/references/loose_guide_flight.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/references/slider_crank.hpp"
 #include "verification/support/runs.hpp"

@@ -2,11 +2,7 @@
 // Glocker. Each run is compared with a reference in minimal coordinates
 // (verification/references/published), and with the published numbers where they are given.
 #include "verification/claims/claim.hpp"
-#include "verification/references/published/double_pendulum_at_wall.hpp"
-#include "verification/references/published/impacting_stick.hpp"
-#include "verification/references/published/oscillator_at_wall.hpp"
-#include "verification/references/published/pendulum_between_stops.hpp"
-#include "verification/references/published/rocking_block.hpp"
+#include "verification/references/published/siconos_impacts.hpp"
 #include "verification/references/published/woodpecker.hpp"
 #include "verification/support/runs.hpp"
 

@@ -4,8 +4,7 @@
 #include "verification/references/pendulum.hpp"
 #include "verification/references/published/car_axis.hpp"
 #include "verification/references/published/exudyn_slider_crank.hpp"
-#include "verification/references/published/iftomm_andrews.hpp"
-#include "verification/references/published/iftomm_four_bars.hpp"
+#include "verification/references/published/iftomm.hpp"
 #include "verification/references/published/planar_mechanics.hpp"
 #include "verification/support/runs.hpp"
 

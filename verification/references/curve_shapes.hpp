@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "verification/references/elimination.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

@@ -14,7 +14,7 @@
 #include <cmath>
 #include <optional>
 
-#include "verification/references/bisection.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

@@ -23,7 +23,7 @@
 #include <stdexcept>
 
 #include "verification/references/compliant_impact.hpp"
-#include "verification/references/cooper_verner.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

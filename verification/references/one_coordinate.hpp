@@ -22,7 +22,7 @@
 #include <functional>
 #include <vector>
 
-#include "verification/references/bisection.hpp"
+#include "verification/references/numerics.hpp"
 #include "verification/references/curve_shapes.hpp"
 
 namespace freeplay::reference {

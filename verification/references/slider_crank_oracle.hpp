@@ -28,8 +28,8 @@
 #include <optional>
 #include <vector>
 
-#include "verification/references/cooper_verner.hpp"
 #include "verification/references/loose_slider_crank.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

@@ -16,7 +16,7 @@
 #include <array>
 #include <cmath>
 
-#include "verification/references/bisection.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

@@ -20,7 +20,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "verification/references/elimination.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

@@ -9,8 +9,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "verification/references/bisection.hpp"
-#include "verification/references/elimination.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

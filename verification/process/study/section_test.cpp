@@ -3,7 +3,7 @@
 #include <boost/math/special_functions/ellint_1.hpp>
 
 #include "study/runs/section_run.hpp"
-#include "verification/references/bouncing_on_table.hpp"
+#include "verification/references/orbits.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -142,12 +142,17 @@ TEST_CASE("a motion that reverses within a step gives two crossings or none", "[
 TEST_CASE("impacts of a ball on a shaking table have the phase of the closed form", "[section]") {
   const double gravity = 9.81, omega = std::sqrt(9810.0);
   for (const double e : {0.5, 0.8}) {
-    const reference::BallOnTable ball{e, gravity, omega};
-    const double strength = 0.5 * (ball.birth() + ball.doubling()), phase = ball.phase(strength);
+    // The orbit at the strength A ω²/g, which is A in mm.
+    const auto orbit = [&](double strength) {
+      return reference::ShakenBall{strength * 1e-3L, omega, gravity, e};
+    };
+    const double strength = 500 * static_cast<double>(orbit(1).fold() + orbit(1).flip()),
+                 phase = static_cast<double>(orbit(strength).phase()),
+                 period = static_cast<double>(orbit(1).period()),
+                 approach = static_cast<double>(orbit(1).approach());
     // The table is at the phase of an impact half a period before the start, where the ball is at
     // its top, displaced by a hundredth: the orbit is stable and the deviation decays.
-    const double top =
-        0.01 + strength * 1e-3 * std::sin(phase) + gravity * ball.period() * ball.period() / 8 * 1.01;
+    const double top = 0.01 + strength * 1e-3 * std::sin(phase) + gravity * period * period / 8 * 1.01;
     for (const char* scheme : {"event-driven", "automatic", "moreau-jean"}) {
       CAPTURE(e, scheme);
       const auto scene = read_scene(test::source_folder() / "cases/ball-on-table/scene.toml",
@@ -164,17 +169,18 @@ TEST_CASE("impacts of a ball on a shaking table have the phase of the closed for
       REQUIRE(run.size() <= 16);
       // std::to_string keeps six decimals: 1e-6/4e-4 of the amplitude, an error of 2e-3; the orbit
       // is that of the rounded value.
-      const double set = std::stod(std::to_string(strength * 1e-3)) * 1e3, at = ball.phase(set);
+      const double set = std::stod(std::to_string(strength * 1e-3)) * 1e3,
+                   at = static_cast<double>(orbit(set).phase());
       const double started = std::stod(std::to_string(phase + pi));
       const double accuracy =
           scheme[0] == 'm' ? 2e-3 : 1e-6;  // a step of time stepping is 1e-5 · ω = 1e-3 of phase
       for (std::size_t i = 0; i < run.size(); ++i) {
         const double share = std::remainder(2 * pi * run.at(i, 0) + started - at, 2 * pi);
         CHECK(share == Approx(0).margin(accuracy));
-        CHECK(run.at(i, 1) == Approx(ball.approach()).epsilon(accuracy));
+        CHECK(run.at(i, 1) == Approx(approach).epsilon(accuracy));
         // Before the impact: the table rises at V, the ball falls at g T/2.
-        CHECK(run.at(i, 2) == Approx(-gravity * ball.period() / 2).epsilon(accuracy));
-        CHECK(run.at(i, 3) == Approx(gravity * ball.period() / 2 * (1 - e) / (1 + e)).epsilon(5 * accuracy));
+        CHECK(run.at(i, 2) == Approx(-gravity * period / 2).epsilon(accuracy));
+        CHECK(run.at(i, 3) == Approx(gravity * period / 2 * (1 - e) / (1 + e)).epsilon(5 * accuracy));
       }
     }
   }

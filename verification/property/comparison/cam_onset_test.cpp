@@ -1,6 +1,6 @@
 // First contacts of rollers and flat faces with waved cams, in every scheme, against brute force.
-#include "verification/references/cam_onset.hpp"
 #include "dynamics/system.hpp"
+#include "verification/references/cam_follower.hpp"
 #include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 

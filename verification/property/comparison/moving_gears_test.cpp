@@ -4,7 +4,7 @@
 #include "dynamics/assembly/turn_survey.hpp"
 #include "io/scene/write_scene.hpp"
 #include "verification/claims/gear_claims.hpp"
-#include "verification/references/gears_on_arm.hpp"
+#include "verification/references/gears.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -21,7 +21,7 @@
 
 #include <cmath>
 
-#include "verification/references/bisection.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

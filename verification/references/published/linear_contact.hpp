@@ -16,7 +16,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "verification/references/bisection.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

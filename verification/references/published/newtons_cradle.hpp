@@ -28,7 +28,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "verification/references/cooper_verner.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

@@ -16,8 +16,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "verification/references/cooper_verner.hpp"
-#include "verification/references/elimination.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 

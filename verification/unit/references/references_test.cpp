@@ -8,7 +8,7 @@
 
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/hertz_impact.hpp"
-#include "verification/references/loose_guide_flight.hpp"
+#include "verification/references/loose_guide.hpp"
 #include "verification/references/seven_body.hpp"
 #include "verification/references/slider_crank_oracle.hpp"
 

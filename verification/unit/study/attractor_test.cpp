@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "study/attractors/attractor_table.hpp"
-#include "verification/references/bouncing_on_table.hpp"
+#include "verification/references/orbits.hpp"
 #include "verification/support/ball_study.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
@@ -24,19 +24,21 @@ std::vector<double> logistic(double r, int count) {
   return rows;
 }
 
-const reference::BallOnTable ball{0.8, 9.81, std::sqrt(9810.0)};
+/// The orbit of one impact in a period at the strength Γ = A ω²/g, which is A in mm.
+reference::ShakenBall orbit_at(double strength, double restitution = 0.8) {
+  return {strength * 1e-3L, std::sqrt(9810.0L), 9.81L, restitution};
+}
+const double birth = 1e3 * static_cast<double>(orbit_at(1).fold());  // Γ above which the orbit exists
 const auto ball_scene = test::source_folder() / "cases/ball-on-table/scene.toml";
 
-/// The orbit of one impact in a period at the strength Γ, half a period before an impact: the ball
-/// at its top.
-std::string at_top(double strength, const reference::BallOnTable& orbit = ball) {
-  const double phase = orbit.phase(strength);
+/// That orbit half a period before an impact: the ball at its top.
+std::string at_top(double strength, double restitution = 0.8) {
+  const auto orbit = orbit_at(strength, restitution);
+  const auto phase = static_cast<double>(orbit.phase()), period = static_cast<double>(orbit.period());
   return fmt::format(
       "\"curves.shake.phase={}\", \"bodies.ball.position=[0, {}]\", \"surfaces.hard.restitution={}\", "
       "\"nonsmooth.scheme='event-driven'\"",
-      phase + pi,
-      0.01 + strength * 1e-3 * std::sin(phase) + orbit.gravity * orbit.period() * orbit.period() / 8,
-      orbit.restitution);
+      phase + pi, 0.01 + strength * 1e-3 * std::sin(phase) + 9.81 * period * period / 8, restitution);
 }
 
 std::string ball_study(const std::string& set, const std::vector<double>& strengths,
@@ -133,11 +135,11 @@ TEST_CASE("the period of a bouncing ball doubles at the strength of its closed f
   // 0.05, which leaves 1e-7 after 300 periods.
   for (const double e : {0.7, 0.8, 0.9}) {
     CAPTURE(e);
-    const reference::BallOnTable orbit{e, 9.81, std::sqrt(9810.0)};
-    const double doubling = orbit.doubling();
+    const double doubling = 1e3 * static_cast<double>(orbit_at(1, e).flip()),
+                 approach = static_cast<double>(orbit_at(1, e).approach());
     const test::StudyDesk desk;
     const auto study = desk.read(
-        ball_study(at_top(0.98 * doubling, orbit),
+        ball_study(at_top(0.98 * doubling, e),
                    {0.98 * doubling, 0.99 * doubling, 0.995 * doubling, 1.005 * doubling, 1.01 * doubling},
                    "direction = \"up\"\ndiscard = 400\nkeep = 40\n"));
     const auto runs = run_bifurcation(study, desk.at("a.db"));
@@ -147,7 +149,7 @@ TEST_CASE("the period of a bouncing ball doubles at the strength of its closed f
       const auto& run = runs.chains[0][i];
       REQUIRE(run.finished());
       CHECK(run.attractor.period == expected[i]);
-      if (expected[i] == 1) CHECK(run.attractor.points[1] == Approx(orbit.approach()).epsilon(1e-5));
+      if (expected[i] == 1) CHECK(run.attractor.points[1] == Approx(approach).epsilon(1e-5));
     }
   }
 }
@@ -156,7 +158,7 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
   // The ball rests while Γ < 1; the orbit of one impact in a period exists from π (1 − e)/(1 + e)
   // on. With increasing Γ the ball rests; with decreasing Γ from 0.96 it bounces until the orbit
   // ceases to exist.
-  REQUIRE(ball.birth() == Approx(0.349).margin(1e-3));
+  REQUIRE(birth == Approx(0.349).margin(1e-3));
   std::vector<double> strengths = {0.33, 0.34};
   for (int i = 0; i <= 12; ++i) strengths.push_back(0.36 + 0.05 * i);
   const test::StudyDesk desk;
@@ -170,8 +172,8 @@ TEST_CASE("coexisting attractors, a resting and a bouncing ball, are both found"
     const auto &up = runs.chains[0][i], &down = runs.chains[1][n - 1 - i];
     REQUIRE(up.values[0] == down.values[0]);
     CHECK(up.attractor.period == Attractor::none);
-    CHECK(down.attractor.period == (strengths[i] > ball.birth() ? 1 : Attractor::none));
-    CHECK(outcome.of[1][n - 1 - i] == (strengths[i] > ball.birth() ? 1 : 0));
+    CHECK(down.attractor.period == (strengths[i] > birth ? 1 : Attractor::none));
+    CHECK(outcome.of[1][n - 1 - i] == (strengths[i] > birth ? 1 : 0));
   }
   const auto text = bifurcation_text(study, runs, outcome);
   CHECK_THAT(text, Catch::Contains("several attractors at one value: 0.36 to 0.96"));

@@ -1,3 +1,53 @@
+// Numerical methods of the references, which share nothing with the program's: bisection, Gaussian
+// elimination, and one step of a Runge–Kutta method of order 8.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace freeplay::reference {
+
+/// Halves the interval from `low` to `high` so many times; `below`: whether a point is on the side
+/// of `low` of the border.
+template <class Real, class Below>
+void bisect(Real& low, Real& high, int times, const Below& below) {
+  for (int i = 0; i < times; ++i) {
+    const Real middle = (low + high) / 2;
+    (below(middle) ? low : high) = middle;
+  }
+}
+
+// Gaussian elimination: solves a x = b for a square matrix of any container of rows. With pivots,
+// rows are exchanged for the greatest entry of each column; a symmetric positive definite matrix
+// needs none.
+
+enum class Pivots { rows, none };
+
+/// Replaces b by x, and a by its triangular factor; false if a is singular.
+template <class Matrix, class Vector>
+bool eliminate(Matrix& a, Vector& b, Pivots pivots = Pivots::rows) {
+  const std::size_t n = b.size();
+  for (std::size_t c = 0; c < n; ++c) {
+    std::size_t p = c;
+    for (std::size_t r = c + 1; r < n && pivots == Pivots::rows; ++r)
+      if (std::abs(a[r][c]) > std::abs(a[p][c])) p = r;
+    if (a[p][c] == 0) return false;
+    std::swap(a[p], a[c]), std::swap(b[p], b[c]);
+    for (std::size_t r = c + 1; r < n; ++r) {
+      const auto factor = a[r][c] / a[c][c];
+      for (std::size_t k = c; k < n; ++k) a[r][k] -= factor * a[c][k];
+      b[r] -= factor * b[c];
+    }
+  }
+  for (std::size_t c = n; c-- > 0;) {
+    for (std::size_t k = c + 1; k < n; ++k) b[c] -= a[c][k] * b[k];
+    b[c] /= a[c][c];
+  }
+  return true;
+}
+
 // One step of the explicit Runge–Kutta method of order 8 with 11 stages of Cooper and Verner,
 // ẏ = f(t, y):
 //
@@ -8,13 +58,6 @@
 // Sign convention: h may be negative. Units: those of y and t.
 // Source: Cooper and Verner, Some explicit Runge–Kutta methods of high order, SIAM J. Numer. Anal.
 // 9 (1972) 389; the order is measured in the test.
-#pragma once
-
-#include <array>
-#include <cmath>
-#include <cstddef>
-
-namespace freeplay::reference {
 
 template <class Real>
 struct CooperVerner {
