@@ -270,7 +270,7 @@ void four_bars(Findings& f) {
         "steps: n = 3 and the longest step; fixed steps: 4e-7, and drift of (ω h)² = 1e-6 at reversals, "
         "margin of 100; else "
         "1e-10 per step, of lower order in the dense output";
-    const char* const source = "references/four_bar_friction: Newton–Euler equations";
+    const char* const source = "references/joint_friction: Newton–Euler equations";
     const auto name = [&](const char* quantity) {
       return claim_name("four-bar with friction in all pivots", quantity, way.name);
     };

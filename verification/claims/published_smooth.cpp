@@ -173,7 +173,7 @@ void simple_pendulum(Findings& f) {
 }
 
 void four_bars(Findings& f) {
-  const char* const reference = "references/published/iftomm_four_bars (elliptic functions)";
+  const char* const reference = "references/published/iftomm (elliptic functions)";
   const auto energy = [&](const char* subject, const char* scheme, const Result& run) {
     f.at_most(claim_name(subject, "energy error at 10 s", scheme), "J",
               std::abs(run.ledger.kinetic + run.ledger.potential - run.ledger.initial), 0.1,
@@ -242,7 +242,7 @@ void andrews(Findings& f) {
   for (const auto& way : schemes(1e-6, "Moreau–Jean, h = 1e-6 s")) {
     const auto run = test::finished(way, scene);
     claim_at_end(f, subject, way, run, quantities,
-                 {"references/published/iftomm_andrews",
+                 {"references/published/iftomm",
                   "1e-9 rad at 0.03 s as for the IVP test set, growing with the square of time"});
     const auto& l = run.ledger;
     f.at_most(claim_name(subject, "energy balance T + V − E₀ − τ(β − β₀) at 0.05 s", way.name), "J",

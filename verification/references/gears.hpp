@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "verification/references/numerics.hpp"
+#include "verification/references/published/contact_events.hpp"
 
 namespace freeplay::reference {
 
@@ -71,75 +72,31 @@ inline double pin_flight(double r, double omega, double phi, double c, double un
 //                           Δ(θ̇, φ̇₁, φ̇₂) = σ P (S/J, −r₁/J₁, −r₂/J₂)
 //
 // r are base radii, b is the backlash at the standard distance p₂ − p₁, C centres the teeth at the
-// start. Flights are integrated by steps of order 8, and an impact is bisected on the length of the
-// step. Written from Lagrange's equations in three coordinates; it shares nothing with the program.
+// start. Written from Lagrange's equations in three coordinates; `ContactEvents` follows the motion.
 // Units: m, kg, s, rad. Source: ISO 21771-1:2007 for the involute; Newton's impact law.
 
 struct GearsOnArm {
-  long double arm_mass, arm_inertia, arm_centre;  ///< kg, kg m² about the centre of mass, m from the pivot
-  std::array<long double, 2> mass, inertia, base, place;  ///< of the gears; base radii, p₁ and p₂
-  long double backlash, restitution, gravity;
+  static constexpr std::size_t coordinates = 3, contacts = 2;  ///< θ, φ₁, φ₂; flanks +1, −1
+  using Vector = std::array<Long, 3>;
+  Long arm_mass, arm_inertia, arm_centre;  ///< kg, kg m² about the centre of mass, m from the pivot
+  std::array<Long, 2> gear_mass, inertia, base, place;  ///< of the gears; base radii, p₁ and p₂
+  Long backlash, gravity, centred;                      ///< `centred`: θ at the start, where φ = 0
+  std::array<Long, 2> restitution, friction{};
 
-  long double inertia_about_pivot() const {
-    return arm_inertia + arm_mass * arm_centre * arm_centre + mass[0] * place[0] * place[0] +
-           mass[1] * place[1] * place[1];
+  std::array<Vector, 3> mass(const Vector& /*q*/) const {
+    const Long J = arm_inertia + arm_mass * arm_centre * arm_centre + gear_mass[0] * place[0] * place[0] +
+                   gear_mass[1] * place[1] * place[1];
+    return {Vector{J, 0, 0}, Vector{0, inertia[0], 0}, Vector{0, 0, inertia[1]}};
+  }
+  Vector force(const Vector& q, const Vector& /*v*/) const {
+    const Long moment = arm_mass * arm_centre + gear_mass[0] * place[0] + gear_mass[1] * place[1];
+    return {-gravity * moment * std::cos(q[0]), 0, 0};
+  }
+  ContactRows<3> contact(std::size_t k, const Vector& q, const Vector& /*v*/) const {
+    const Long side = k == 0 ? 1 : -1, S = base[0] + base[1];
+    const Vector n{side * S, -side * base[0], -side * base[1]};
+    return {.gap = backlash / 2 - n[0] * centred + product(n, q), .n = n};
   }
 };
-
-using GearsOnArmState = std::array<long double, 6>;  ///< θ, φ₁, φ₂, and their rates
-
-struct FlankImpact {
-  int flank;  ///< σ
-  long double t, approach, impulse;
-};
-
-inline GearsOnArmState gears_on_arm_flight(const GearsOnArm& m, const GearsOnArmState& y, long double h) {
-  static const CooperVerner<long double> method;
-  const long double weight = m.gravity *
-                             (m.arm_mass * m.arm_centre + m.mass[0] * m.place[0] + m.mass[1] * m.place[1]) /
-                             m.inertia_about_pivot();
-  const auto rates = [&](long double, const GearsOnArmState& s) {
-    return GearsOnArmState{s[3], s[4], s[5], -weight * std::cos(s[0]), 0, 0};
-  };
-  return method.step(rates, 0.0L, y, h);
-}
-
-/// The first `count` impacts from the state y at t = 0.
-inline std::vector<FlankImpact> gears_on_arm_impacts(const GearsOnArm& m, GearsOnArmState y, int count) {
-  const long double S = m.base[0] + m.base[1], J = m.inertia_about_pivot();
-  const auto middle = [&](const GearsOnArmState& s) {
-    return S * s[0] - m.base[0] * s[1] - m.base[1] * s[2];
-  };
-  const long double centred = middle(y), step = 1e-5L;
-  const long double effective =
-      1 / (S * S / J + m.base[0] * m.base[0] / m.inertia[0] + m.base[1] * m.base[1] / m.inertia[1]);
-  std::vector<FlankImpact> list;
-  long double t = 0;
-  while (static_cast<int>(list.size()) < count) {
-    // A closing flank; the step after an impact starts at a gap of rounding that opens.
-    const auto closed = [&](const GearsOnArmState& s) {
-      const long double x = middle(s) - centred, u = S * s[3] - m.base[0] * s[4] - m.base[1] * s[5];
-      if (x >= m.backlash / 2 && u > 0) return -1;
-      if (x <= -m.backlash / 2 && u < 0) return 1;
-      return 0;
-    };
-    auto next = gears_on_arm_flight(m, y, step);
-    if (closed(next) == 0) {
-      y = next, t += step;
-      continue;
-    }
-    long double low = 0, high = step;
-    bisect(low, high, 200, [&](long double mid) { return !closed(gears_on_arm_flight(m, y, mid)); });
-    y = gears_on_arm_flight(m, y, high), t += high;
-    const int flank = closed(y);
-    const long double approach = std::abs(S * y[3] - m.base[0] * y[4] - m.base[1] * y[5]);
-    const long double P = (1 + m.restitution) * effective * approach;
-    y[3] += flank * P * S / J;
-    y[4] -= flank * P * m.base[0] / m.inertia[0];
-    y[5] -= flank * P * m.base[1] / m.inertia[1];
-    list.push_back({flank, t, approach, P});
-  }
-  return list;
-}
 
 }  // namespace freeplay::reference

@@ -1,20 +1,14 @@
-// One coordinate under a force with kinks, solved piece by piece in closed form. No solver of the
-// program is included. Units: m, s, N, kg (or rad, s, N m, kg m²).
-//
-// SpeedCurve: m v̇ = F(v), F a table of straight lines. On a piece, with r = F/m and b = F′/m,
+// One coordinate under a force with kinks, solved piece by piece in closed form: m v̇ = F(v), F a
+// table of straight lines. No solver of the program is included. Units: m, s, N, kg (or rad, s,
+// N m, kg m²). On a piece, with r = F/m and b = F′/m,
 //
 //     v(t) = v + r (e^{bt} − 1)/b,     x(t) = x − a t/b + (v + a/b)(e^{bt} − 1)/b,   a = r − b v,
 //
 // and a knot v* is reached at t = ln(r*/r)/b, or never, where the force at it has the other sign.
-//
-// SaturatedAxis: J θ̈ = sat(k_p (s − θ) − k_d θ̇, L), from θ = 0. At the limit θ is a parabola, else
-// a damped oscillation about s; the instants at which the demand reaches the limit are bisected on
-// these functions.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -75,58 +69,6 @@ class SpeedCurve {
   std::vector<Knot> knots_;
   double m_, v_, x_ = 0, t_ = 0;
   std::size_t piece_ = 0;
-};
-
-struct SaturatedAxis {
-  double J, stiffness, damping, target, limit;
-  double angle = 0, speed = 0;
-
-  double demand(double at, double rate) const { return stiffness * (target - at) - damping * rate; }
-  /// Advances by `time`.
-  void advance(double time) {
-    double rest = time;
-    while (rest > 0) {
-      const double u = demand(angle, speed), du = -stiffness * speed - damping * sign(u) * limit / J;
-      const bool at_limit = std::abs(std::abs(u) - limit) <= 1e-12 * limit;
-      const int side = (at_limit ? u * du > 0 : std::abs(u) > limit) ? sign(u) : 0;
-      const double step = std::min(rest, side != 0 ? until_inside(side) : 0.02 / std::sqrt(stiffness / J));
-      const auto next = after(side, step);
-      const double last = demand(next.first, next.second);
-      const bool kept = side != 0 || std::abs(last) <= limit;
-      double low = 0, high = step;
-      for (int k = 0; !kept && k < 100; ++k) {
-        const double middle = 0.5 * (low + high);
-        const auto now = after(side, middle);
-        (std::abs(demand(now.first, now.second)) <= limit ? low : high) = middle;
-      }
-      std::tie(angle, speed) = kept ? next : after(side, high);
-      rest -= kept ? step : high;
-    }
-  }
-
- private:
-  static int sign(double x) { return x < 0 ? -1 : 1; }
-  /// The time at which the demand, side·(u − side·L) > 0 now, comes back to the limit.
-  double until_inside(int side) const {
-    // u = k_p (s − θ − ω t − ½ α t²) − k_d (ω + α t) = side L, with α = side L/J
-    const double alpha = side * limit / J, a = -0.5 * stiffness * alpha,
-                 b = -stiffness * speed - damping * alpha, c = demand(angle, speed) - side * limit;
-    const double root = std::sqrt(b * b - 4 * a * c);
-    double least = INFINITY;
-    for (const double t : {(-b + root) / (2 * a), (-b - root) / (2 * a)})
-      if (t > 1e-13 && t < least && std::isfinite(t)) least = t;
-    return least;
-  }
-  std::pair<double, double> after(int side, double t) const {
-    if (side != 0) {
-      const double alpha = side * limit / J;
-      return {angle + t * (speed + 0.5 * alpha * t), speed + alpha * t};
-    }
-    const double d = damping / (2 * J), w = std::sqrt(stiffness / J - d * d), e = std::exp(-d * t),
-                 x = angle - target, p = (speed + d * x) / w, c = std::cos(w * t), s = std::sin(w * t);
-    const double moved = e * (x * c + p * s);
-    return {target + moved, e * w * (p * c - x * s) - d * moved};
-  }
 };
 
 }  // namespace freeplay::reference

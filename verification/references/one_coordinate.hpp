@@ -8,12 +8,11 @@
 // until side (a − ẅ) > 0. A compliant wall pushes with
 //
 //     F/m = max(0, K δⁿ (1 + χ δ̇/v₀)),   δ = −g,   v₀ the approach at first contact,
-//     χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
 //
-// The first compression gives no v₀ for a wall that is compressed again before separation, or for
-// one that is loaded after a contact slower than `rest`: with χ > 0 the motion is unknown from
-// there on. Source of χ: first integral of δ̈ = −K δⁿ (1 + χ δ̇/v₀), derived by hand. No solver of
-// the program is included. Units: those of x (m or rad) and s.
+// with the χ that delivers e. The first compression gives no v₀ for a wall that is compressed again
+// before separation, or for one that is loaded after a contact slower than `rest`: with χ > 0 the
+// motion is unknown from there on. No solver of the program is included. Units: those of x (m or
+// rad) and s.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +21,9 @@
 #include <functional>
 #include <vector>
 
-#include "verification/references/numerics.hpp"
 #include "verification/references/curve_shapes.hpp"
+#include "verification/references/delivered_restitution.hpp"
+#include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
 
@@ -33,16 +33,6 @@ struct MovingWall {
   double restitution = 1;
   double stiffness = 0, exponent = 1.5;  ///< K/m of a compliant wall; 0: rigid
 };
-
-/// χ of the restitution that it delivers.
-inline double damping_factor(double e) {
-  if (e >= 1) return 0;
-  // f(χ) = χ(1 + e) − ln(1 + χ) + ln(1 − χe) has one root in (0, 1/e): positive below it, −∞ at the
-  // end.
-  double low = 1e-9, high = 1 / e;
-  bisect(low, high, 200, [&](double x) { return x * (1 + e) - std::log1p(x) + std::log1p(-x * e) > 0; });
-  return 0.5 * (low + high);
-}
 
 struct OneCoordinate {
   std::function<double(double, double, double)> acceleration;  ///< a(t, x, v)
@@ -107,7 +97,7 @@ struct OneCoordinate {
     void entered(double speed, const MovingWall& wall) {
       inside = true, eased = false;
       v0 = speed;
-      chi = damping_factor(wall.restitution);
+      chi = static_cast<double>(exact_chi(wall.restitution));
     }
   };
 

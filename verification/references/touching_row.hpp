@@ -11,18 +11,48 @@
 //     u⁺ = u⁻ + D λ,      0 ≤ u⁺ + e u⁻  ⊥  λ ≥ 0
 //
 // which has one solution, since D is positive definite; it is found by trying all sets of contacts.
-// Source: Moreau 1988 for the law. `compliant` has Hertz's forces K_i δ^(3/2) instead, without
-// loss, by RK4 in tiny steps. Units: m, s, kg.
+// Of n equal bodies at rest, all in contact, the conditions are met by u⁺ = (e v, 0, …, 0): all have
+// one speed, and
+//
+//     on a floor at the speed v:     speed e v,                 λ_k = (1 + e) m v (n − k) > 0
+//     a body arrives with speed v:   speed (1 + e) v/(n + 1),   λ_k = (1 + e) m v (n − k)/(n + 1) > 0,
+//                                    the arriving body has the speed v (1 − n e)/(n + 1)
+//
+// for k = 0 … n − 1; with e = 1 the column bounces as a single ball. Source: Moreau 1988 for the
+// law. `compliant` has Hertz's forces K_i δ^(3/2) instead, without loss, by RK4 in tiny steps (where
+// a contact begins or ends of order 5/2). Units: m, s, kg.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
 #include <vector>
 
 #include "verification/references/numerics.hpp"
 
 namespace freeplay::reference {
+
+/// Height of the column above the floor and its velocity upwards, at the time t (s) after its
+/// release from rest at height h (m), with e = 1.
+struct ColumnMotion {
+  double height, speed;
+};
+inline ColumnMotion elastic_column(double h, double g, double t) {
+  const double fall = std::sqrt(2 * h / g);
+  if (t < fall) return {h - 0.5 * g * t * t, -g * t};
+  const double since = std::fmod(t - fall, 2 * fall);
+  return {g * fall * since - 0.5 * g * since * since, g * fall - g * since};
+}
+
+/// Speeds (m/s) after a bead with the speed v hits a row of n beads of the same mass at rest.
+struct RowImpact {
+  double arriving, row;
+};
+inline RowImpact row_impact(int n, double v, double e) {
+  if (n < 1) throw std::invalid_argument("row_impact: a row has a bead");
+  return {v * (1 - n * e) / (n + 1), (1 + e) * v / (n + 1)};
+}
 
 struct TouchingRow {
   std::vector<double> mass, x, v;  ///< of centres, increasing x

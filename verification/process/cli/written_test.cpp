@@ -1,6 +1,5 @@
 // Contents of the files of a run, read as a user reads them: rows of trajectory.csv against the
 // parabola of a throw, names and residuals in run.json, and notes only with reason.
-#include <sys/wait.h>
 
 #include "formulations/contact/contact_problem.hpp"
 #include "verification/support/columns.hpp"
@@ -220,25 +219,6 @@ TEST_CASE("a resting contact is solved from the impulses of the step before", "[
   }
 }
 
-TEST_CASE("a folder that cannot be made and a full disk end with status 1", "[written]") {
-  test::TemporaryFolder folder;
-  const auto scene = test::flores().string() + " --set run.revolutions=1 --set run.discard=0";
-  write_file(folder.path() / "file", "in the way");
-  const auto o =
-      test::freeplay("run " + scene + " --formulation nonsmooth -o " + (folder.path() / "file/x").string());
-  CHECK(o.status == 1);
-  CHECK_THAT(o.err, Contains("cannot make this folder"));
-  const auto full = folder.path() / "full", said = folder.path() / "said";
-  // Files of at most 200 blocks of 512 bytes.
-  const auto limited =
-      fmt::format("trap '' XFSZ; ulimit -f 200; '{}/freeplay' run {} --formulation nonsmooth -o {} 2>{}",
-                  FREEPLAY_BINARY_DIR, scene, full.string(), said.string());
-  CHECK(WEXITSTATUS(std::system(limited.c_str())) == 1);
-  CHECK_THAT(test::file_text(said), Contains("File too large"));
-  CHECK_FALSE(std::filesystem::exists(full / "run.json"));
-  CHECK_FALSE(std::filesystem::exists(full / "trajectory.csv"));
-}
-
 TEST_CASE("run and compare write the documented files", "[written]") {
   test::TemporaryFolder folder;
   const auto out = folder.path() / "c";
@@ -266,19 +246,4 @@ TEST_CASE("run and compare write the documented files", "[written]") {
         "uncertainty");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(out))
     CHECK(entry.path().extension() != ".partial");
-}
-
-TEST_CASE("memory does not grow with the length of a run", "[written]") {
-  test::TemporaryFolder folder;
-  const auto peak = [&](const std::string& formulation, const std::string& revolutions) {
-    const auto out = folder.path() / (formulation + revolutions);
-    test::succeeded("run " + test::flores().string() + " --set run.discard=0 --set run.output_step=1e-4 " +
-                    "--set run.revolutions=" + revolutions + " --formulation " + formulation + " -o " +
-                    out.string());
-    return test::read_json(out / "run.json")["cost"]["peak_memory_KiB"].get<long>();
-  };
-  for (const auto* formulation : {"nonsmooth", "penalty"})
-    // A sixfold run may need more pages by noise, but not six times the rows (4 MB of
-    // trajectory each revolution).
-    CHECK(peak(formulation, "3") < peak(formulation, "0.5") + 1500);
 }

@@ -64,14 +64,6 @@ TEST_CASE("a compiled function gives the digits of its template, and refuses the
   CHECK_FALSE(call(*root.table, object, NAN, 1));  // no comparison holds for it
 }
 
-TEST_CASE("functions that differ in parameters only share their text", "[compiled]") {
-  const auto a = traced_at(2, 3, 0.7), b = traced_at(1.5, 2, 12.5), c = traced_at(0.5, 3, 0.7);
-  CHECK(a.text() == b.text());
-  CHECK(a.constants() != b.constants());
-  CHECK(a.text() != c.text());
-  CHECK(a.text().find("0.7") == std::string::npos);
-}
-
 TEST_CASE("a trace folds zeros and ones, and shares equal operations", "[compiled]") {
   TracedObject object;
   {

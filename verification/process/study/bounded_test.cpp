@@ -138,7 +138,8 @@ TEST_CASE("output that cannot be printed or written ends the program with status
   refused(run + " -o " + at + "/closed >&-", "standard output");
   refused(run + " -o /proc/none", "/proc/none: cannot make this folder");
   refused("ulimit -f 8; " + run + " -o " + at + "/large", "File too large");
-  CHECK_FALSE(std::filesystem::exists(at + "/large/run.json"));
+  for (const auto* name : {"run.json", "trajectory.csv"})
+    CHECK_FALSE(std::filesystem::exists(at + "/large/" + name));
 }
 
 TEST_CASE("paths and folders that cannot serve are named in one line before any work", "[bounded]") {

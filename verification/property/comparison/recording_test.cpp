@@ -5,6 +5,7 @@
 #include "facade/run_folder.hpp"
 #include "io/scene/write_scene.hpp"
 #include "simulation/instrument.hpp"
+#include "verification/references/impulses.hpp"
 #include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 
@@ -38,13 +39,6 @@ Scene thrown(double gap, double bandwidth, std::vector<std::string> sets) {
   return read_scene(test::scene_file("tests/thrown_block"), sets);
 }
 
-/// A Butterworth low-pass of second order on an impulse Δ at t = 0: y = Δ √2 ω_c e^(−σt) sin σt,
-/// σ = ω_c/√2.
-double rung(double impulse, double bandwidth, double t) {
-  const double wc = 2 * std::numbers::pi * bandwidth, sigma = wc / std::numbers::sqrt2;
-  return t < 0 ? 0 : impulse * std::numbers::sqrt2 * wc * std::exp(-sigma * t) * std::sin(sigma * t);
-}
-
 const std::vector<std::vector<std::string>> schemes = {
     {"nonsmooth.scheme=event-driven"},
     {"nonsmooth.scheme=automatic"},
@@ -64,16 +58,18 @@ TEST_CASE("an impact before, in or after the first step is an impulse in the fil
   const double bandwidth = GENERATE(1000.0, 20000.0);
   CAPTURE(scheme, flight, bandwidth);
   const auto scene = thrown(0.5 * flight, bandwidth, scheme);
-  const double dv = 0.5 * 1.6, peak = rung(dv, bandwidth, 1.110 / (2 * std::numbers::pi * bandwidth));
+  const double dv = 0.5 * 1.6, peak = reference::low_pass2_response(
+                                   bandwidth, dv, 1.110 / (2 * std::numbers::pi * bandwidth));
   double worst = 0, worst_force = 0, seen = 0;
   for (const auto& s : samples(scene, "nonsmooth")) {
     seen = std::max(seen, std::abs(s.value));
     if (std::abs(s.t - flight) > 1e-9)
-      worst = std::max(worst, std::abs(s.value - rung(dv, bandwidth, s.t - flight)));
+      worst = std::max(worst, std::abs(s.value - reference::low_pass2_response(bandwidth, dv, s.t - flight)));
   }
   for (const auto& s : samples(scene, "nonsmooth", 1))
     if (std::abs(s.t - flight) > 1e-9)
-      worst_force = std::max(worst_force, std::abs(s.value - rung(0.5 * dv, bandwidth, s.t - flight)));
+      worst_force = std::max(
+          worst_force, std::abs(s.value - reference::low_pass2_response(bandwidth, 0.5 * dv, s.t - flight)));
   // Free flight is exact in every scheme, so the contact is known up to rounding and, with adaptive
   // time stepping, up to the tolerance of 1e-6: a shift of the instant by 1e-6 of the flight, in a
   // signal that changes by ω_c a second.
