@@ -1,9 +1,9 @@
 // Runs against closed-form solutions: pendulum, bouncing ball, block on a slope, ring and journal,
 // contact laws.
 #include "verification/claims/claim.hpp"
-#include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
 #include "verification/references/delivered_restitution.hpp"
+#include "verification/references/dry_friction.hpp"
 #include "verification/references/hertz_impact.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/references/ring_and_journal.hpp"

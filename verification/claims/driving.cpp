@@ -1,7 +1,7 @@
 // Drives of mechanisms: prescribed motions, torques and forces by curves, motors and a speed
 // governor. Each is claimed against a closed form, by every formulation and scheme.
 #include "verification/claims/claim.hpp"
-#include "verification/references/drives.hpp"
+#include "verification/references/feedback.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

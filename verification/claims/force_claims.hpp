@@ -3,7 +3,7 @@
 
 #include "verification/claims/claim.hpp"
 #include "verification/claims/force_balance.hpp"
-#include "verification/references/slider_crank_forces.hpp"
+#include "verification/references/slider_crank.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification::force_claims {

@@ -50,7 +50,7 @@ std::array<double, 2> off_reference(const reference::LoadedSliderCrank<double>& 
 }  // namespace
 
 void slider_cranks(Findings& f) {
-  const char* const source = "references/slider_crank_forces";
+  const char* const source = "references/slider_crank";
   for (const auto& [name, s] :
        {std::pair{"paper's ideal slider-crank", rig()},
         {"ideal slider-crank with weight, eccentric crank, offset slider and load", loaded()}}) {

@@ -105,8 +105,7 @@ void redundant(Findings& f) {
     });
     f.at_most(claim_name("crank on two coincident pins",
                          "sum of pin forces and big-end force, greatest error", name),
-              "N", pins, 1e-5, "references/slider_crank_forces",
-              "tolerance 1e-10 of some 300 N, margin of 300");
+              "N", pins, 1e-5, "references/slider_crank", "tolerance 1e-10 of some 300 N, margin of 300");
     f.within(
         claim_name("crank on two coincident pins", "mismatch of the list of undetermined reactions", name),
         "", marked == std::vector<std::string>{"main", "twin"} ? 0 : 1, 0, 0,

@@ -4,7 +4,7 @@
 
 #include "io/scene/read_scene.hpp"
 #include "verification/claims/claim.hpp"
-#include "verification/references/throw_at_peg.hpp"
+#include "verification/references/bouncing_ball.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

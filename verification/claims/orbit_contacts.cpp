@@ -2,7 +2,7 @@
 #include "analysis/orbit.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/claims/orbit_scenes.hpp"
-#include "verification/references/compliant_table.hpp"
+#include "verification/references/orbits.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

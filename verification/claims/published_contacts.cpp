@@ -2,11 +2,9 @@
 // problems: Exudyn's contact tests, tests 1 to 4 of Chung and Ooi, rows of balls,
 // a ball against a rod, and a joint with backlash. The scenes are in cases/published.
 #include "verification/claims/claim.hpp"
-#include "verification/references/published/backlash.hpp"
-#include "verification/references/published/ball_and_rod.hpp"
-#include "verification/references/published/chung_ooi.hpp"
-#include "verification/references/published/linear_contact.hpp"
 #include "verification/references/published/newtons_cradle.hpp"
+#include "verification/references/published/single_impacts.hpp"
+#include "verification/references/published/spring_damper_contacts.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {

@@ -2,10 +2,8 @@
 // with independent references in minimal coordinates and with the published digits.
 #include "verification/claims/claim.hpp"
 #include "verification/references/pendulum.hpp"
-#include "verification/references/published/car_axis.hpp"
-#include "verification/references/published/exudyn_slider_crank.hpp"
 #include "verification/references/published/iftomm.hpp"
-#include "verification/references/published/planar_mechanics.hpp"
+#include "verification/references/published/smooth_motion.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
@@ -79,12 +77,12 @@ void car_axis(Findings& f) {
   const auto scene = read_scene(test::published("car-axis"));
   for (const auto& way : schemes(1e-4, "Moreau–Jean, h = 1e-4 s"))
     claim_at_end(f, "car axis", way, test::finished(way, scene), quantities,
-                 {"references/published/car_axis", per_step, "IVP test set, caraxis",
+                 {"references/published/smooth_motion", per_step, "IVP test set, caraxis",
                   "tolerance 1e-12 per step; the published digits differ from the reference by 5e-12"});
 }
 
 void exudyn_slider_cranks(Findings& f) {
-  const Grounds grounds{"references/published/exudyn_slider_crank", per_step};
+  const Grounds grounds{"references/published/smooth_motion", per_step};
   for (const auto& way : schemes(1e-4, "Moreau–Jean, h = 1e-4 s")) {
     double sum = 0;
     for (const bool floating : {false, true}) {
@@ -256,7 +254,7 @@ void andrews(Findings& f) {
 void planar_mechanics(Findings& f) {
   const auto ways = schemes(1e-4, "Moreau–Jean, h = 1e-4 s");
   const Grounds grounds{
-      "references/published/planar_mechanics", per_step, "PlanarMechanics 1.6.0, stored results by Dymola",
+      "references/published/smooth_motion", per_step, "PlanarMechanics 1.6.0, stored results by Dymola",
       "DASSL with tolerance 1e-6 per step; growth by ten to a hundred, assumed after a first comparison"};
   const auto compare = [&](const char* subject, const char* name, const std::vector<Quantity>& quantities,
                            const Grounds& why) {

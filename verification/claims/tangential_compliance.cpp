@@ -1,11 +1,10 @@
 // Tangential compliance of contacts: the force law "mindlin" of the penalty formulation and the
 // impact law "compliant" of the event-driven scheme, on oblique impacts of a sphere.
+#include "verification/references/tangential_compliance.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "verification/claims/claim.hpp"
 #include "verification/references/compliant_impact.hpp"
-#include "verification/references/hertz_mindlin_impact.hpp"
-#include "verification/references/maw_barber_fawcett.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification {
@@ -78,7 +77,7 @@ void impulse_map(Findings& f) {
 
 void force_law(Findings& f) {
   compare_with(f, Family::penalty, "penalty, Hertz contact", 1e-6,
-               "references/hertz_mindlin_impact: long double, order 8",
+               "references/tangential_compliance: long double, order 8",
                "tolerance 1e-12 of the greatest speed and force, at kinks and over the least "
                "tangential velocity",
                [](const Sphere& sphere, double, long double u_n, long double u_t) {

@@ -1,7 +1,7 @@
 // Moreau–Jean with adaptive steps (step = "automatic", chosen by an error estimate): the order
 // where constraint rows rotate, reversal of sliding on a slope, loose tolerances, and impacts
 // without restitution. The claims of "setting-choice" contain further cases.
-#include "verification/references/block_on_slope.hpp"
+#include "verification/references/dry_friction.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,9 +1,8 @@
 // The set-valued contact laws against closed forms: the rest of a bouncing ball, a block that stops
 // on a slope, Painlevé's rod. The ball's impacts and time of rest are claims of "closed-forms",
 // energy over elastic impacts of "invariants".
-#include "verification/references/block_on_slope.hpp"
 #include "verification/references/bouncing_ball.hpp"
-#include "verification/references/friction_oscillator.hpp"
+#include "verification/references/dry_friction.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
