@@ -1,10 +1,11 @@
-// Reports of commands on accuracy: settings of --accuracy and advise, the error estimate of first
-// contacts, eliminated coordinates, propagated deviations, a continuation that cannot start, and two
-// hundred random scenes.
+// Reports of commands: settings of --accuracy and advise, the error estimate of first contacts,
+// eliminated coordinates, a continuation that cannot start, two hundred random scenes, sensitivities,
+// and a drive's turn.
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
+using namespace freeplay::test;
 
 namespace {
 
@@ -55,26 +56,6 @@ TEST_CASE("check reports the eliminated coordinates and omitted elements, with r
   CHECK(test::freeplay(check + " --set run.eliminate=3").status == 2);
 }
 
-TEST_CASE("sensitivity propagates deviations in first order", "[sensitivity]") {
-  // A drop by h = 0.5 m: t = √(2h/g), σ_t = σ_h/(g t).
-  const test::TemporaryFolder folder;
-  const auto scene = (folder.path() / "ball.toml").string();
-  write_file(scene, "gravity = [0, -9.81]\n" + test::body("ball", 0.3, 3e-4, "position = [0, 0.55]\n") +
-                        test::plane("table", "ground", "ball", 0.05) + test::surface("s", 0.5) +
-                        test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n"));
-  const auto run = [&](const std::string& words) {
-    return test::freeplay(
-        fmt::format("sensitivity {} --of event.1.t -o {}/out {}", scene, folder.path().string(), words));
-  };
-  const auto propagated = run("--spread initial.ball.y=1e-3");
-  CHECK(propagated.status == 0);
-  CHECK_THAT(propagated.out, Contains(fmt::format("standard deviation {:.4g} (first order)",
-                                                  1e-3 / (9.81 * std::sqrt(2 * 0.5 / 9.81)))));
-  CHECK_THAT(run("--spread initial.ball.y").err, Contains("must be KEY=DEVIATION"));
-  CHECK_THAT(run("--spread initial.ball.y=-1").err, Contains("must be KEY=DEVIATION"));
-  CHECK_THAT(run("").err, Contains("must name at least one key"));
-}
-
 TEST_CASE("a continuation that cannot start leaves no files", "[orbit]") {
   // The ball's speed contradicts its guide, which lies along x.
   const test::TemporaryFolder folder;
@@ -103,4 +84,145 @@ TEST_CASE("two hundred random scenes are correct, doubtful or refused in every m
   CHECK(rows > 450);
   CHECK(static_cast<double>(test::count(table, ",refused,")) <= 0.03 * static_cast<double>(rows));
   CHECK(std::filesystem::exists(folder.path() / "doc/random-scenes.md"));
+}
+
+namespace {
+
+/// A ball that is dropped from (0.1, 0.55) with a horizontal speed of −0.25 m/s: x = 0 at the end,
+/// after 0.4 s.
+const std::string ball = "gravity = [0, -9.81]\n" +
+                         test::body("ball", 0.3, 3e-4, "position = [0.1, 0.55]\nvelocity = [-0.25, 0]\n") +
+                         test::plane("table", "ground", "ball", 0.05, "hard") + test::surface("hard", 0.5) +
+                         test::run_for(0.4, "start = \"given\"\n[nonsmooth]\nscheme = \"event-driven\"\n");
+
+struct Command {
+  test::TemporaryFolder folder;
+  test::Outcome run(const std::string& words) const {
+    const auto place = folder.path().string();
+    write_file(folder.path() / "ball.toml", ball);
+    return test::freeplay("sensitivity " + place + "/ball.toml -o " + place + "/out " + words);
+  }
+  nlohmann::json document() const { return test::read_json(folder.path() / "out/sensitivity.json"); }
+};
+
+}  // namespace
+
+TEST_CASE("sensitivity propagates deviations in first order", "[sensitivity]") {
+  // A drop by h = 0.5 m: t = √(2h/g), σ_t = σ_h/(g t).
+  const auto run = Command().run("--of event.1.t --spread initial.ball.y=1e-3");
+  CHECK(run.status == 0);
+  CHECK_THAT(run.out, Contains(fmt::format("standard deviation {:.4g} (first order)",
+                                           1e-3 / (9.81 * std::sqrt(2 * 0.5 / 9.81)))));
+}
+
+TEST_CASE("a value of zero and a missing derivative have no relative influence", "[sensitivity]") {
+  const Command c;
+  const auto run =
+      c.run("--of end.ball.x --of event.1.t --of event.9.t --to bodies.ball.position[0] --to gravity[1]");
+  CAPTURE(run.out, run.err);
+  REQUIRE(run.status == 0);
+  const auto q = c.document()["quantities"];
+  CHECK(std::abs(q[0]["value"].get<double>()) < 1e-14);
+  CHECK(q[0]["derivatives"]["bodies.ball.position[0]"].get<double>() == Approx(1));
+  CHECK(q[0]["relative_influence"]["bodies.ball.position[0]"].is_null());
+  CHECK(q[0]["condition"].is_null());
+  // t = √(2H/g)
+  CHECK(q[1]["relative_influence"]["gravity[1]"].get<double>() == Approx(-0.5));
+  CHECK(q[1]["condition"].get<double>() == Approx(0.5));
+  CHECK(q[1]["error"]["gravity[1]"].get<double>() <
+        1e-6 * std::abs(q[1]["derivatives"]["gravity[1]"].get<double>()));
+  CHECK(q[1]["inexact"].empty());
+  CHECK_THAT(run.out, Contains(" ± "));
+  CHECK(q[2]["error"]["gravity[1]"].is_null());
+  CHECK(q[2]["condition"].is_null());
+}
+
+TEST_CASE("the figure of influences names all its quantities", "[sensitivity]") {
+  const Command c;
+  const auto run = c.run(
+      "--of event.1.t --of event.1.v_n_minus --of event.1.impulse_n --of end.ball.y --of end.ball.vy "
+      "--of energy.kinetic --of energy.dissipated_in_contacts --to gravity[1]");
+  CAPTURE(run.out, run.err);
+  REQUIRE(run.status == 0);
+  // two columns of four
+  CHECK_THAT(test::file_text(c.folder.path() / "out/figures/sensitivity.gp"), Contains("vertical maxrows 4"));
+}
+
+TEST_CASE("the command sensitivity refuses wrong quantities and deviations", "[sensitivity]") {
+  const Command c;
+  const auto refused = [&](const std::string& words, const std::string& text) {
+    const auto run = c.run(words);
+    CAPTURE(words, run.out);
+    CHECK(run.status != 0);
+    CHECK_THAT(run.err, Contains(text));
+  };
+  refused("--of event.9.t --to gravity[1]", "reaches none of the quantities");
+  refused("--of event.1.t --spread gravity[1]=0.1 --spread gravity[1]=0.2", "has a deviation already");
+  refused("--of event.1.t --spread initial.ball.y", "must be KEY=DEVIATION");
+  refused("--of event.1.t --spread initial.ball.y=-1", "must be KEY=DEVIATION");
+  refused("--of event.1.t", "must name at least one key");
+  refused("--of end.bal.y --to gravity[1]", "did you mean ball.y?");
+  refused("--of end.t --to gravity[1]", "has no derivative");
+}
+
+namespace {
+
+/// The output of `check` for a scene.
+std::string said_of(const std::string& text) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "s.toml";
+  write_file(file, text);
+  return freeplay::test::freeplay("check " + file.string()).out;
+}
+
+}  // namespace
+
+TEST_CASE("check reports the drive's turn within 80 columns", "[whole-turn]") {
+  const double r = 0.05, l = 0.12, e = 0.02;
+  const auto said = said_of(
+      "format = 2\nassembly.approximate = true\n" + body("crank", 1, 0.01, "angle = 0.1\n") +
+      body("rod", 1, 0.01, "angle = 0.0\n") + body("slider", 1, 0.01) +
+      pin("A", "ground", "crank", {}, {-r / 2, 0}) + pin("B", "crank", "rod", {r / 2, 0}, {-l / 2, 0}) +
+      pin("C", "rod", "slider", {l / 2, 0}) + guide("G", "ground", "slider", {1, 0}, {0.0, e}) +
+      drive("motor", "A", "speed_rpm = 60.0\n") + run_for(1));
+  CHECK_THAT(said, Contains("turn of the drive           A closes over a full turn"));
+  CHECK_THAT(said, Contains("transmission angle"));
+  CHECK_THAT(said, Contains("least 54.31 deg at 270 deg"));  // acos(0.07/0.12)
+  for (const auto& line : lines_of(said))
+    CHECK(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }) <= 80);
+}
+
+TEST_CASE("a mechanism that its drive locks stops with the reason", "[whole-turn]") {
+  // Grashof: the longest link 240 mm and the shortest 160 mm exceed the sum of the others: no full turn.
+  const std::string text =
+      "gravity = [0, -9.81]\n" + body("crank", 0.3, 2e-4) + body("coupler", 0.5, 3e-3) +
+      body("rocker", 0.4, 1.2e-3, "angle = \"80 deg\"\n") + pin("A", "ground", "crank") +
+      pin("B", "crank", "coupler", {0.16, 0}, {-0.11, -0.02}, loose(1.5e-4, 0.008, "steel")) +
+      pin("C", "coupler", "rocker", {0.11, -0.02}, {0.075, 0}, loose(3e-4, 0.008, "steel")) +
+      pin("D", "ground", "rocker", {0.24, 0.02}, {-0.075, 0}) + surface("steel", 0.6, 0.08) +
+      drive("motor", "A", "speed_rpm = 180\n") + "[assembly]\napproximate = true\n" +
+      run_for(0.2, "start = \"ideal\"\n") + "[nonsmooth]\nscheme = \"automatic\"\n";
+  const TemporaryFolder folder;
+  const auto scene = folder.path() / "locked.toml";
+  write_file(scene, text);
+  const auto ran = freeplay::test::freeplay(
+      fmt::format("run {} --formulation nonsmooth -o {}/out", scene.string(), folder.path().string()));
+  CHECK(ran.status == 1);
+  CHECK_THAT(ran.err,
+             Contains("cannot make a full turn") && Contains("a drive moves it beyond the configuration"));
+}
+
+TEST_CASE("check names a controller whose measured joint turns against the driven one", "[whole-turn]") {
+  const auto said = [](const std::string& bearing) {
+    return said_of(
+        body("motor", 0.4, 1e-4) + body("load", 3.0, 0.01, "position = [0.04, 0]\n") +
+        pin("shaft", "ground", "motor") + bearing +
+        joint("mesh", "gear", "motor", "load", {}, {}, "teeth = [20, 60]\nmodule = 1e-3\n") +
+        drive("servo", "shaft", "measured = \"bearing\"\ntarget_angle = 1.0\nproportional = 2.0\n") +
+        run_for(1, "start = \"given\"\n"));
+  };
+  CHECK_THAT(said(pin("bearing", "ground", "load", {0.04, 0})),
+             Contains("-0.333333 turns") && Contains("positive feedback") && Contains("drives.servo"));
+  CHECK_THAT(said(pin("bearing", "load", "ground", {}, {0.04, 0})),
+             Contains("0.333333 turns") && !Contains("positive feedback"));
 }

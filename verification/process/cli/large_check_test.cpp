@@ -1,11 +1,14 @@
 // `freeplay check` of thousands of bodies: memory and time grow in proportion to them.
 #include <sys/wait.h>
 #include <Eigen/Dense>
+#include <algorithm>
+#include <catch2/catch.hpp>
 
 #include "dynamics/assembly/four_bar.hpp"
 #include "mechanism/mechanism.hpp"
 #include "numerics/sparse.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/timing/scaling.hpp"
 
 using namespace freeplay;
 
@@ -117,5 +120,24 @@ TEST_CASE("the triangular factor finds the rank of a dense factorisation", "[che
     const auto rank = Eigen::FullPivLU<Eigen::MatrixXd>(dense).rank();
     CHECK(static_cast<Eigen::Index>(kept.size()) == rank);
     CHECK(Eigen::FullPivLU<Eigen::MatrixXd>(dense(kept, Eigen::all)).rank() == rank);
+  }
+}
+
+// The cost of large mechanisms, in counts. A contact problem close to that of the step before is
+// solved in one or two steps of Newton's method, for any number of contacts. `freeplay scaling`
+// measures the times.
+
+TEST_CASE("a problem of many contacts takes no more pivots than one of few", "[islands][scaling]") {
+  const auto growths = verification::growths();
+  for (const char* name : {"row", "chain"}) {
+    const auto& growth = *std::ranges::find(growths, name, &verification::Growth::name);
+    for (const int count : {32, 256}) {
+      const auto cost = verification::measure(growth, count, 1);
+      CAPTURE(name, count);
+      CHECK(cost.ending.empty());
+      CHECK(cost.units >= 500);
+      CHECK(cost.solves <= 1.1);  // per step
+      CHECK(cost.pivots <= 4);    // one to confirm an unchanged solution, another after a change
+    }
   }
 }

@@ -1,4 +1,4 @@
-#include "verification/process/crash_recovery/contents.hpp"
+#include "verification/process/crash_recovery/campaign.hpp"
 
 #include <fmt/format.h>
 #include <sqlite3.h>

@@ -9,8 +9,7 @@
 #include "io/files/result_set.hpp"
 #include "io/scene/read_scene.hpp"
 #include "study/sweep/sweep.hpp"
-#include "verification/process/crash_recovery/contents.hpp"
-#include "verification/process/crash_recovery/process.hpp"
+#include "verification/process/crash_recovery/campaign.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 

@@ -1,10 +1,16 @@
 // Studies: bit-identity, resumption, refusals, and a complete calibration.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
 #include "facade/simulation.hpp"
+#include "io/files/output_file.hpp"
 #include "mechanism/scene.hpp"
 #include "study/calibration/calibrate.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/runs/perturb.hpp"
 #include "study/store/results.hpp"
+#include "verification/references/bouncing_ball.hpp"
+#include "verification/support/ball_study.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
@@ -204,5 +210,129 @@ TEST_CASE("a four-bar with a required branch starts at any crank angle", "[study
     CAPTURE(start);
     const auto moved = perturbed(scene, {}, 1, start, {});
     CHECK_NOTHROW(Simulation(moved, "nonsmooth"));
+  }
+}
+
+// freeplay calibrate: fits of statistics and of quantities of one run, and fits that are refused an interval.
+
+namespace {
+
+test::Outcome calibrated(const test::StudyDesk& desk, const std::string& text) {
+  desk.put("study.toml", text);
+  return desk.run("calibrate", "--allow-outside");
+}
+
+/// The restitution of a dropped ball from the times of its first impacts.
+std::string ball_study(int times) {
+  const reference::BouncingBall ball{0.5, 9.81, 0.62};
+  auto text = fmt::format("scene = \"{}\"\n", test::scene_file("bouncing_ball").string()) +
+              test::unknown("restitution", "surfaces.rubber.restitution", 0.3, 0.9);
+  for (int k = 1; k <= times; ++k)
+    text += test::target(fmt::format("event_{}_t", k), fmt::format("event.{}.t", k),
+                         fmt::format("value = {}\ndeviation = 1e-6\nset = [\"run.duration=2.0\"]\n",
+                                     reference::ball_impact(ball, k).t));
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("a fit that is rejected has no intervals; a measure of the study can be a target", "[calibrate]") {
+  const test::StudyDesk desk;
+  const auto study = test::rig_study() +
+                     test::measure("first", "t", "first", "at = \"main.angle crosses 30 deg upwards\"\n") +
+                     test::measure("peak", "accelerometer", "peak") +
+                     "[calibrate]\npoints = 6\nstarts = 2\nrevolutions = 1\nrefinements = 1\n" +
+                     test::unknown("c", "joints.gudgeon.clearance", 0.2e-3, 1e-3);
+  const auto off = calibrated(desk, study + test::target("t", "rms", "value = 1000.0\ntolerance = 0.01\n"));
+  CAPTURE(off.out, off.err);
+  CHECK(off.status == 1);
+  CHECK_THAT(off.out, Contains("no interval: the fit is rejected"));
+  const auto json = test::read_json(desk.at("out/calibration.json"));
+  CHECK(json["fitted_to_all"]["unknowns"]["c"]["low"].is_null());
+  CHECK(json["fitted_to_all"]["holds"] == false);
+  CHECK(json["identifiability"]["unknowns"]["c"].contains("range_left_open"));
+  const auto measure = calibrated(desk, study + test::target("t", "peak", "value = 40.0\ntolerance = 0.5\n"));
+  CAPTURE(measure.out, measure.err);
+  CHECK(measure.status <= 1);
+  CHECK_THAT(measure.out, Contains("Identifiability"));
+  CHECK_THAT(calibrated(desk, study + test::target("t", "peak", "data = \"x.csv\"\n")).err,
+             Contains("a measure of a run, which a file of a signal cannot provide"));
+}
+
+TEST_CASE("the command calibrates to times of impacts, or says what these leave open", "[calibrate]") {
+  const test::StudyDesk desk;
+  REQUIRE(calibrated(desk, ball_study(5)).status == 0);
+  const auto fit = test::read_json(desk.at("out/calibration.json"))["fitted_to_all"];
+  CHECK(fit["unknowns"]["restitution"]["value"].get<double>() == Approx(0.62));
+  CHECK(fit["fitted"]["event_5_t"]["residual"].get<double>() == Approx(0).margin(1e-3));
+  // The first impact does not depend on the restitution.
+  const auto open = calibrated(desk, ball_study(1));
+  CAPTURE(open.out, open.err);
+  CHECK(open.status == 1);
+  CHECK_THAT(open.err, Contains("Not determined") && Contains("restitution"));
+  CHECK_THAT(open.out, !Contains("meets"));
+}
+
+// freeplay validate of a study with measured points: verdicts, files and refusals.
+
+namespace {
+
+/// The bouncing ball rises by e² times its drop of 0.5 m.
+struct Points : test::BallStudy {
+  Points()
+      : BallStudy(
+            "values = [0.5, 0.8]\n[measure.highest]\ncolumn = \"ball.y\"\nreduce = \"max\"\n[derived]\n"
+            "rise = "
+            "\"highest - 0.05\"",
+            "claims = \"points\"\npoints = \"points.csv\"\nformulations = [\"nonsmooth\"]\n") {}
+  test::Outcome validate(const std::string& points) const {
+    write_file(folder.path() / "points.csv", points);
+    return run({"validate", study.string(), "-o", out.string()});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a study is compared with measured points", "[studies]") {
+  const Points study;
+  const auto good =
+      study.validate("quantity,e,value,uncertainty\nrise,0.5,0.1251,0.001\nrise,0.8,0.3195,0.001\n");
+  CAPTURE(good.out, good.err);
+  CHECK(good.status == 0);
+  CHECK_THAT(good.out, Catch::Contains("agrees: rise: 0 of 2 points outside"));
+  auto document = nlohmann::json::parse(test::file_text(study.out / "points.json"));
+  const auto& one = document["agreement"][0];
+  CHECK(one["verdict"] == "agrees");
+  CHECK(one["rms"].get<double>() == Approx(std::sqrt((1e-8 + 25e-8) / 2)).epsilon(1e-3));
+  CHECK(one["greatest"].get<double>() == Approx(0.0005).epsilon(1e-3));
+  CHECK_THAT(test::file_text(study.out / "points.csv"),
+             Catch::Contains("rise,given,nonsmooth,0.5,0.1251,0.001,0.12"));
+
+  const auto off =
+      study.validate("quantity,e,value,uncertainty\nrise,0.5,0.1269,0.001\nrise,0.8,0.3221,0.001\n");
+  CHECK(off.status == 0);  // a result, as any other
+  CHECK_THAT(off.out, Catch::Contains("differs: rise: 1 of 2 points outside"));
+  const auto open = study.validate("quantity,e,value\nrise,0.5,0.13\n");
+  CHECK_THAT(open.out, Catch::Contains("is undecided: rise: greatest error"));
+}
+
+TEST_CASE("wrong files of measured points are refused with their line", "[studies]") {
+  const Points study;
+  const std::pair<const char*, const char*> wrong[] = {
+      {"", "has no header"},
+      {"quantity,value\nrise,1\n", "line 1: the column e is missing"},
+      {"quantity,e,value\n", "has no values"},
+      {"quantity,e,value\nfall,0.5,1\n", "line 2: the study has no measure or derived column \"fall\""},
+      {"quantity,e,value\nrise,0.6,1\n", "line 2: the study makes no run at these values"},
+      {"quantity,e,value\n\nrise,0.5,x\n", "line 3: value must be a number"},
+      {"quantity,e,value\nrise,0.5,inf\n", "line 2: value must be a number"},
+      {"quantity,e,value,uncertainty\nrise,0,5,0.1,0.2\n", "line 2: has 5 fields, the header has 4"},
+      {"quantity,e,value,uncertainty\nrise,0.5,0.1,-1\n", "line 2: uncertainty must be"}};
+  for (const auto& [text, message] : wrong) {
+    const auto o = study.validate(text);
+    CAPTURE(text, o.out, o.err);
+    CHECK(o.status == 2);
+    CHECK_THAT(o.err, Catch::Contains(message));
+    CHECK_FALSE(std::filesystem::exists(study.out / "points.json"));
   }
 }
