@@ -13,7 +13,7 @@
 
 #include "mechanism/mechanism.hpp"
 #include "simulation/trajectory.hpp"
-#include "verification/support/columns.hpp"
+#include "verification/support/texts.hpp"
 
 namespace freeplay::verification {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "verification/experiment/tables.hpp"
+#include "verification/experiment/flores2011.hpp"
 
 namespace freeplay::verification {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "verification/experiment/tables.hpp"
+#include "verification/experiment/flores2011.hpp"
 
 namespace freeplay::verification {
 

@@ -1,4 +1,4 @@
-#include "verification/experiment/tables.hpp"
+#include "verification/experiment/flores2011.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

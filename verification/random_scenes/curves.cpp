@@ -1,4 +1,4 @@
-#include "verification/random_scenes/curves.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 #include <algorithm>
 

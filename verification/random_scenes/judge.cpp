@@ -4,7 +4,7 @@
 
 #include "dynamics/elements.hpp"
 #include "facade/assess.hpp"
-#include "verification/random_scenes/judge.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
 #include "verification/random_scenes/numbers.hpp"
 
 namespace freeplay::verification::random_scenes {

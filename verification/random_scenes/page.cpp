@@ -1,4 +1,4 @@
-#include "verification/random_scenes/page.hpp"
+#include "verification/random_scenes/runner.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <regex>
 
-#include "verification/random_scenes/judge.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

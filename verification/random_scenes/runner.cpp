@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "verification/random_scenes/judge.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
 #include "verification/support/apart.hpp"
 
 namespace freeplay::verification::random_scenes {

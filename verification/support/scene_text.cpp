@@ -33,6 +33,16 @@ std::string spring(const std::string& name, const std::string& i, const std::str
       name, i, j, on_i.x(), on_i.y(), on_j.x(), on_j.y(), stiffness, free_length, keys);
 }
 
+std::string point(const std::string& name, double x, double y, double mass, Vec2 velocity) {
+  return fmt::format("[bodies.{}]\nmass = {}\npoint = true\nposition = [{}, {}]\nvelocity = [{}, {}]\n", name,
+                     mass, x, y, velocity.x(), velocity.y());
+}
+
+std::string rod(const std::string& name, const std::string& from, const std::string& to, double length) {
+  return fmt::format("[joints.{}]\ntype = \"rod\"\nbetween = [\"{}\", \"{}\"]\nlength = {}\n", name, from, to,
+                     length);
+}
+
 std::string loose(double clearance, double bearing_radius, const std::string& surface) {
   return fmt::format("clearance = {}\nbearing_radius = {}\nsurface = \"{}\"\n", clearance, bearing_radius,
                      surface);

@@ -10,6 +10,8 @@ namespace freeplay::test {
 
 /// [bodies.name]; `keys`: further lines.
 std::string body(const std::string& name, double mass, double inertia, const std::string& keys = "");
+/// A point mass.
+std::string point(const std::string& name, double x, double y, double mass = 0.7, Vec2 velocity = {});
 /// A joint of any type between points of bodies i and j; `keys`: further lines.
 std::string joint(const std::string& name, const std::string& type, const std::string& i,
                   const std::string& j, Vec2 on_i, Vec2 on_j, const std::string& keys = "");
@@ -19,6 +21,8 @@ std::string pin(const std::string& name, const std::string& i, const std::string
 /// A translational joint along `axis` of body i through a point of either.
 std::string guide(const std::string& name, const std::string& i, const std::string& j, Vec2 axis = {1, 0},
                   Vec2 on_i = {}, Vec2 on_j = {}, const std::string& keys = "");
+/// A massless rod between two point masses, or a point mass and the ground.
+std::string rod(const std::string& name, const std::string& from, const std::string& to, double length);
 /// A linear spring and damper between points of bodies i and j; `keys`: further lines.
 std::string spring(const std::string& name, const std::string& i, const std::string& j, Vec2 on_i, Vec2 on_j,
                    double stiffness, double free_length, const std::string& keys = "");

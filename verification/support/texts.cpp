@@ -1,13 +1,14 @@
-#include "verification/support/texts.hpp"
-
 #include <fmt/format.h>
-
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 
 #include "mechanism/scene.hpp"
 #include "verification/support/support.hpp"
+#include "verification/support/texts.hpp"
 
 namespace freeplay::test {
 
@@ -60,6 +61,43 @@ std::string notes_of(const Result& run) {
 std::string refusal(const std::string& text, const std::vector<std::string>& overrides,
                     const std::string& file) {
   return refusal_of<SceneError>([&] { parse_scene(text, file, overrides); });
+}
+
+Columns::Columns(const std::filesystem::path& file) {
+  for (const auto& line : lines_of(file_text(file))) {
+    const auto fields = fields_of(line);
+    if (header_.empty()) {
+      header_ = line;
+      for (const auto& name : fields) index_.emplace(name, index_.size());
+      continue;
+    }
+    if (fields.size() != index_.size()) throw std::runtime_error(file.string() + ": a line is too short");
+    auto& row = rows_.emplace_back();
+    for (const auto& field : fields) {
+      char* end = nullptr;
+      const double number = std::strtod(field.c_str(), &end);
+      row.push_back(*end == '\0' && end != field.c_str() ? number : NAN);
+    }
+  }
+}
+
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+std::string fault_of(const std::string& message) {
+  const auto lines = std::ranges::count(message, '\n');
+  if (message.empty() || message.back() != '\n') return "does not end with its line";
+  if (lines > 3) return "is of many lines";
+  if (lines > 1 && message.find("\n  ") == message.npos && message.find("`freeplay help") == message.npos)
+    return "goes on without a list";
+  for (const char* foreign :
+       {"std::", "SQL", "sql", "toml::", "toml++", "json.exception", "nlohmann", "PRAGMA", "boost", "Boost",
+        "Ipopt", "KLU", "filesystem error", "what()", "terminate", "parse error", "Error while"})
+    if (message.find(foreign) != message.npos) return fmt::format("says \"{}\"", foreign);
+  if (std::ranges::any_of(message, [](char c) { return (c >= 0 && c < 0x20 && c != '\n') || c == 0x7F; }))
+    return "has control characters";
+  return "";
 }
 
 }  // namespace freeplay::test

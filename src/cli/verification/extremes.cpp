@@ -21,7 +21,7 @@
 #include "io/files/run_json.hpp"
 #include "plots/drawing/figure.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
-#include "verification/random_scenes/page.hpp"
+#include "verification/random_scenes/runner.hpp"
 #include "verification/support/support.hpp"
 
 namespace freeplay::cli {

@@ -188,8 +188,7 @@ TEST_CASE("check reports the drive's turn within 80 columns", "[whole-turn]") {
   CHECK_THAT(said, Contains("turn of the drive           A closes over a full turn"));
   CHECK_THAT(said, Contains("transmission angle"));
   CHECK_THAT(said, Contains("least 54.31 deg at 270 deg"));  // acos(0.07/0.12)
-  for (const auto& line : lines_of(said))
-    CHECK(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }) <= 80);
+  for (const auto& line : lines_of(said)) CHECK(width(line) <= 80);
 }
 
 TEST_CASE("a mechanism that its drive locks stops with the reason", "[whole-turn]") {

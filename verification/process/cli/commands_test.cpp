@@ -1,5 +1,4 @@
 // The commands on studies and measurements as a user runs them, on small studies.
-#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -1,7 +1,6 @@
 // Errors as the program prints them: one line in its own words, with the place; nothing is written. And
 // questions about a scene that is valid but cannot run as intended.
 #include "values/name_length.hpp"
-#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

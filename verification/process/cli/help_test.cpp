@@ -10,7 +10,6 @@
 #include "io/files/output_file.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/spelling.hpp"
-#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/support.hpp"
 

@@ -4,7 +4,6 @@
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "dynamics/system.hpp"
-#include "verification/process/cli/point_text.hpp"
 #include "verification/references/pendulum.hpp"
 #include "verification/support/rig.hpp"
 

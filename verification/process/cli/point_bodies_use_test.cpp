@@ -8,7 +8,6 @@
 #include "plots/tables/table.hpp"
 #include "study/comparison/drift.hpp"
 #include "study/ensemble/ensemble.hpp"
-#include "verification/process/cli/point_text.hpp"
 #include "verification/property/comparison/snapshot_check.hpp"
 #include "verification/support/rig.hpp"
 

@@ -2,7 +2,6 @@
 // parabola of a throw, names and residuals in run.json, and notes only with reason.
 
 #include "formulations/contact/contact_problem.hpp"
-#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

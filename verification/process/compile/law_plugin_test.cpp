@@ -2,7 +2,6 @@
 // refused if incomplete. own_law_test.cpp and own_force_test.cpp test the forces themselves.
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
-#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

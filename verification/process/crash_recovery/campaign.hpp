@@ -17,6 +17,47 @@
 
 namespace freeplay::killed {
 
+// The program as a process that is killed after a time, or before the n-th change that it makes to
+// the disk.
+
+using Words = std::vector<std::string>;
+
+/// How a process ended.
+struct End {
+  bool killed = false;  ///< by the test; else by itself
+  int status = 0;       ///< if by itself
+  double seconds = 0;
+  /// of names in folders, made or, for the last one, prevented; counted by kill_before alone
+  int changes = 0;
+};
+
+/// Runs `freeplay WORDS` to its end.
+End let_end(const Words& words);
+/// Kills it after so many seconds.
+End kill_after(const Words& words, double seconds);
+/// Kills it before it makes its n-th file, folder, new name or removal: between two of these the
+/// disk has the same names, so that the n from 1 on cover all instants. Needs the right to trace
+/// its own child.
+End kill_before(const Words& words, int n);
+
+// The content of a result folder without machine-dependent parts: for comparing results and
+// detecting losses.
+
+using Path = std::filesystem::path;
+/// By the names of files below a folder, or of runs in a database.
+using Contents = std::map<std::string, std::string>;
+
+/// The result files of a folder and of those below it, except figures, databases, hidden files and
+/// incomplete files (.partial, run.checkpoint).
+Contents results_in(const Path& folder);
+
+/// Every run of a study's database by its key: all its stored values except times, in the order in
+/// which a run is stored. Equal texts mean equal runs, whichever process made them and whenever.
+Contents runs_in(const Path& database);
+
+/// Names below a folder that a completed call does not leave.
+std::string leftovers_in(const Path& folder);
+
 /// A command as it is called here.
 struct Verb {
   std::string name;
@@ -60,47 +101,5 @@ class Campaign {
 
 /// The commands of the campaign, small ones. `folder`: for their studies.
 std::vector<Verb> verbs(const Path& folder);
-
-// The program as a process that is killed after a time, or before the n-th change that it makes to
-// the disk.
-
-using Words = std::vector<std::string>;
-
-/// How a process ended.
-struct End {
-  bool killed = false;  ///< by the test; else by itself
-  int status = 0;       ///< if by itself
-  double seconds = 0;
-  int changes =
-      /// of names in folders, made or, for the last one, prevented; counted by kill_before alone
-      0;
-};
-
-/// Runs `freeplay WORDS` to its end.
-End let_end(const Words& words);
-/// Kills it after so many seconds.
-End kill_after(const Words& words, double seconds);
-/// Kills it before it makes its n-th file, folder, new name or removal: between two of these the
-/// disk has the same names, so that the n from 1 on cover all instants. Needs the right to trace
-/// its own child.
-End kill_before(const Words& words, int n);
-
-// The content of a result folder without machine-dependent parts: for comparing results and
-// detecting losses.
-
-using Path = std::filesystem::path;
-/// By the names of files below a folder, or of runs in a database.
-using Contents = std::map<std::string, std::string>;
-
-/// The result files of a folder and of those below it, except figures, databases, hidden files and
-/// incomplete files (.partial, run.checkpoint).
-Contents results_in(const Path& folder);
-
-/// Every run of a study's database by its key: all its stored values except times, in the order in
-/// which a run is stored. Equal texts mean equal runs, whichever process made them and whenever.
-Contents runs_in(const Path& database);
-
-/// Names below a folder that a completed call does not leave.
-std::string leftovers_in(const Path& folder);
 
 }  // namespace freeplay::killed

@@ -6,7 +6,6 @@
 #include "plots/report/report.hpp"
 #include "verification/claims/orbit_scenes.hpp"
 #include "verification/references/orbits.hpp"
-#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

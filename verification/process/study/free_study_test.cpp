@@ -4,7 +4,6 @@
 
 #include "facade/run_folder.hpp"
 #include "io/scene/read_scene.hpp"
-#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 

@@ -7,7 +7,6 @@
 #include "study/partition/shard.hpp"
 #include "study/sweep/sweep.hpp"
 #include "verification/support/ball_study.hpp"
-#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 

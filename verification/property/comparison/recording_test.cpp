@@ -6,7 +6,6 @@
 #include "io/scene/write_scene.hpp"
 #include "simulation/instrument.hpp"
 #include "verification/references/impulses.hpp"
-#include "verification/support/columns.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

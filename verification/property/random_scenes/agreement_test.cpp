@@ -1,7 +1,7 @@
 // Random scenes without a reference: the generator, the checks, and two hundred scenes.
 #include "io/scene/write_scene.hpp"
-#include "verification/random_scenes/judge.hpp"
-#include "verification/random_scenes/page.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
+#include "verification/random_scenes/runner.hpp"
 #include "verification/random_scenes/transform.hpp"
 #include "verification/support/rig.hpp"
 

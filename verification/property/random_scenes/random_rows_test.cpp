@@ -1,7 +1,7 @@
 // Random scenes: their references against closed forms, and runs that earlier versions assessed
 // wrongly.
 #include "simulation/trajectory.hpp"
-#include "verification/random_scenes/judge.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
 #include "verification/support/named.hpp"
 #include "verification/support/rig.hpp"
 

@@ -1,4 +1,4 @@
-#include "verification/random_scenes/checks/sight.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
 
 #include <atomic>
 

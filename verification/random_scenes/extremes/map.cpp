@@ -1,12 +1,15 @@
 // Results of the map of extreme parameters.
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "mechanism/error.hpp"
 #include "verification/random_scenes/extremes/extremes.hpp"
+#include "verification/support/apart.hpp"
+#include "verification/support/support.hpp"
 
 namespace freeplay::verification::random_scenes {
+
 namespace {
 
 std::string without_commas(std::string text) {
@@ -79,6 +82,28 @@ std::string page_of(const std::vector<Cell>& cells) {
   for (const auto& l : predicted_limits())
     text += fmt::format("- {}, {}: {:.3g} ({}).\n", l.axis, l.formulation, l.value, l.source);
   return text;
+}
+
+Verdict judge_apart(const Cell& cell, double seconds) {
+  const auto work = [&cell] {
+    Verdict v;
+    try {
+      v = cell.assess();
+    } catch (const SceneError& e) {
+      v = {Outcome::refused, e.what()};
+      const std::string here =
+          test::source_folder().string() + "/";  // the page must not depend on the machine
+      if (v.detail.starts_with(here)) v.detail.erase(0, here.size());
+    } catch (const std::exception& e) {
+      v = {Outcome::crashed, e.what()};
+    }
+    return static_cast<char>('0' + static_cast<int>(v.outcome)) + v.detail;
+  };
+  const auto apart = run_apart(work, seconds);
+  if (apart.late) return {Outcome::hung, "no end within its time"};
+  if (apart.signal != 0 || apart.said.empty())
+    return {Outcome::crashed, "signal " + std::to_string(apart.signal)};
+  return {static_cast<Outcome>(apart.said[0] - '0'), apart.said.substr(1)};
 }
 
 }  // namespace freeplay::verification::random_scenes

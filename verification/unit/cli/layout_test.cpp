@@ -1,7 +1,6 @@
 // Text for a terminal: lines are broken only where necessary, and numbers are under their headings.
 #include "cli/terminal.hpp"
 #include "study/comparison/compare.hpp"
-#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

@@ -6,7 +6,6 @@
 #include "io/scene/toml_text.hpp"
 #include "study/runs/case_run.hpp"
 #include "study/settings/study.hpp"
-#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;

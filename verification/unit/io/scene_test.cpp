@@ -9,7 +9,6 @@
 #include "mechanism/magnitude.hpp"
 #include "plots/drawing/style.hpp"
 #include "study/settings/study.hpp"
-#include "verification/support/messages.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
