@@ -182,13 +182,12 @@ struct CompliantTable {
   long double start = 2;                                     ///< φ₀, rad
 
   using Complex = std::complex<long double>;
-  static long double pi() { return std::acos(-1.0L); }
-  long double period() const { return 2 * pi() / frequency; }
+  /// The same body on its spring, without a lower one.
+  LoadedTable loaded() const { return {frequency, gravity, 0, mass, stiffness, damping}; }
   Complex resistance() const { return {stiffness - mass * frequency * frequency, damping * frequency}; }
-  Complex ratio() const { return Complex(stiffness, damping * frequency) / resistance(); }
-  long double liftoff() const { return gravity / (frequency * frequency * std::abs(ratio())); }
+  long double liftoff() const { return loaded().liftoff(); }
   long double least_force(long double amplitude) const {
-    return mass * (gravity - amplitude * frequency * frequency * std::abs(ratio()));
+    return mass * gravity - amplitude * frequency * frequency * loaded().shaken_mass();
   }
   /// The oscillation m A ω² e^{iφ₀}/resistance at t = 0; z and ż are imaginary parts.
   Complex oscillation(long double amplitude) const {
@@ -200,11 +199,7 @@ struct CompliantTable {
   long double speed(long double amplitude) const {
     return (Complex(0, frequency) * oscillation(amplitude)).imag();
   }
-  /// One of the two conjugate multipliers: exp(s T) with m s² + D s + K = 0.
-  Complex multiplier() const {
-    const long double decay = damping / (2 * mass);
-    return std::exp(Complex(-decay, std::sqrt(stiffness / mass - decay * decay)) * period());
-  }
+  Complex multiplier() const { return loaded().multiplier(); }
 };
 
 }  // namespace freeplay::reference

@@ -205,7 +205,7 @@ TEST_CASE("backlash between two gears on a swinging arm agrees with an independe
       // Event-driven: the tolerance of the integrator, 1e-9 of 0.1 m/s, over eight impacts. Penalty:
       // a contact lasts 20 µs, in which the arm gains 6e-5 m/s of 0.1 m/s; eight contacts.
       const double bound = way.penalty() ? 5e-3 : 1e-7;
-      CHECK(found[k].contact == one.contact);  // mesh.forward, mesh.backward
+      CHECK(found[k].contact == static_cast<int>(one.contact));  // mesh.forward, mesh.backward
       CHECK(found[k].t == Approx(static_cast<double>(one.t)).epsilon(bound));
       CHECK(found[k].v_n_minus == Approx(static_cast<double>(one.v_n_minus)).epsilon(bound));
       CHECK(found[k].impulse_n == Approx(static_cast<double>(one.impulse_n)).epsilon(bound));
