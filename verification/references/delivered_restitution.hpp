@@ -3,11 +3,8 @@
 //     χ (1 + ê) = ln[(1 + χ)/(1 − χ ê)],       0 < ê < min(1, 1/χ).
 //
 // Divide m δ̇ dδ̇ = −F dδ by the bracket and integrate δ̇ from v₀ to −ê v₀: the loop ∮ K δⁿ dδ
-// vanishes. Up to the greatest depth the same integral gives
-//
-//     K δ_maxⁿ⁺¹/(n + 1) = m v₀² (χ − ln(1 + χ))/χ².
-//
-// The equation has the trivial root ê = −1 and, for small χ, terms that cancel to second order.
+// vanishes. The equation has the trivial root ê = −1 and, for small χ, terms that cancel to second
+// order.
 // With
 //
 //     h(x) = (x − ln(1 + x))/x² = ½ − x/3 + x²/4 − …      it reads      h(χ) = ê² h(−χ ê),
@@ -66,13 +63,6 @@ inline long double exact_chi(long double e) {
     return chi * e >= 1 ? -1.0L : separation_kernel(chi) - e * e * separation_kernel(-chi * e);
   };
   return bisect_falling(f, 0, 1 / e);
-}
-
-/// Greatest depth (m) of the damped impact of the mass (kg) at the speed v₀ (m/s).
-inline long double damped_impact_depth(long double stiffness, long double mass, long double speed,
-                                       long double chi, long double n = 1.5L) {
-  const long double area = mass * speed * speed * separation_kernel(chi);
-  return std::pow((n + 1) * area / stiffness, 1 / (n + 1));
 }
 
 /// One published law: its χ(e) and the ê that it delivers for the required restitutions of

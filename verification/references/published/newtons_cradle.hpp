@@ -34,16 +34,10 @@ namespace freeplay::reference {
 
 struct BallRow {
   std::vector<long double> mass, velocity, gap;  ///< gap[i] between balls i and i + 1
-  struct Impact {
-    long double t;
-    std::size_t pair;  ///< balls pair and pair + 1
-  };
-  std::vector<Impact> impacts = {};
 
-  /// All impacts until no pair approaches, or `most` of them.
-  void collide(long double e, std::size_t most = 1000) {
-    long double t = 0;
-    while (impacts.size() < most) {
+  /// All impacts until no pair approaches.
+  void collide(long double e) {
+    for (;;) {
       std::size_t next = gap.size();
       long double wait = INFINITY;
       for (std::size_t i = 0; i < gap.size(); ++i) {
@@ -53,11 +47,9 @@ struct BallRow {
       if (next == gap.size()) return;
       for (std::size_t i = 0; i < gap.size(); ++i) gap[i] -= wait * (velocity[i] - velocity[i + 1]);
       gap[next] = 0;
-      t += wait;
       const long double a = mass[next], b = mass[next + 1], u = velocity[next], w = velocity[next + 1];
       velocity[next] = (a * u + b * w - e * b * (u - w)) / (a + b);
       velocity[next + 1] = velocity[next] + e * (u - w);
-      impacts.push_back({t, next});
     }
   }
 };
