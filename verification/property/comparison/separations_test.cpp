@@ -1,5 +1,6 @@
 // Followers that leave their cams, by every nonsmooth scheme and in sizes from micrometres to a
 // kilometre, and the forces of automatic steps in motions that they resolve in few steps.
+#include "verification/references/curve_shapes.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -14,22 +15,9 @@ struct Follower {
   double left = 0, landed = 0, approach = 0;  // s, s, m/s
   bool valid = false;
 
-  struct Lift {
-    double h = 0, slope = 0, bend = 0;
-  };
-  Lift at(double angle) const {
-    const double x = std::fmod(angle, 2 * M_PI);
-    const auto ramp = [&](double s, double width) {
-      const double a = 2 * M_PI * s;
-      return Lift{lift * (s - std::sin(a) / (2 * M_PI)), lift * (1 - std::cos(a)) / width,
-                  lift * 2 * M_PI * std::sin(a) / (width * width)};
-    };
-    if (x < rise) return ramp(x / rise, rise);
-    if (x < rise + dwell) return {lift, 0, 0};
-    if (x > rise + dwell + fall) return {};
-    const auto down = ramp((x - rise - dwell) / fall, fall);
-    return {lift - down.h, -down.slope, -down.bend};
-  }
+  reference::CurveShape law{
+      .kind = reference::CurveShape::Kind::rise_dwell_return, .cycloidal = true, .repeats = true};
+
   explicit Follower(std::mt19937_64& engine) {
     const auto uniform = [&](double a, double b) { return std::uniform_real_distribution(a, b)(engine); };
     rise = uniform(0.8, 2.2);
@@ -41,27 +29,26 @@ struct Follower {
     speed = std::sqrt(g * rise * rise / (2 * M_PI * lift)) * uniform(1.01, 3);
     restitution = uniform(0, 0.9);
     size = std::ldexp(1, std::uniform_int_distribution(-20, 10)(engine));
-    const auto pressed = [&](double a) { return g + speed * speed * at(a).bend; };
+    law.to = lift, law.rise = rise, law.dwell = dwell, law.fall = fall;
+    law.rest = 2 * M_PI - rise - dwell - fall;
+    const auto pressed = [&](double a) { return g + speed * speed * law.at(a).bend; };
     const auto first = [](auto value, double from, double to) {
       for (double a = from; a < to; a += 1e-3) {
         if (value(a + 1e-3) > 0) continue;
         double b = a + 1e-3;
-        for (int i = 0; i < 60; ++i) {
-          const double middle = 0.5 * (a + b);
-          (value(middle) > 0 ? a : b) = middle;
-        }
+        reference::bisect(a, b, 60, [&](double x) { return value(x) > 0; });
         return a;
       }
       return static_cast<double>(NAN);
     };
     const double off = first(pressed, 0, 2 * M_PI);
-    const auto there = at(off);
+    const auto there = law.at(off);
     const auto gap = [&](double a) {
       const double t = (a - off) / speed;
-      return there.h + t * (speed * there.slope - 0.5 * g * t) - at(a).h;
+      return there.y + t * (speed * there.slope - 0.5 * g * t) - law.at(a).y;
     };
     const double back = first(gap, off + 0.01, off + 20);
-    approach = speed * at(back).slope - (speed * there.slope - g * (back - off) / speed);
+    approach = speed * law.at(back).slope - (speed * there.slope - g * (back - off) / speed);
     left = (off + 0.3) / speed;
     landed = (back + 0.3) / speed;
     valid = std::isfinite(back) && approach > 0.02 * speed * lift;
