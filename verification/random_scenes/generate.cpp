@@ -1,7 +1,7 @@
 // The kind of scene of each index, and the methods that scenes are run by.
 #include <sstream>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 #include "verification/support/runs.hpp"
 
 namespace freeplay::verification::random_scenes {

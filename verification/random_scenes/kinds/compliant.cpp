@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

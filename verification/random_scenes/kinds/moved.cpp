@@ -1,7 +1,7 @@
 // Bodies on prescribed curves, with balls, stops, arms, teeth and journals on them.
 #include <algorithm>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

@@ -1,7 +1,7 @@
 // Sliders and rotors under forces of curves, one-sided springs and bump stops.
 #include <algorithm>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {

@@ -1,7 +1,7 @@
 // Random scenes with gear teeth and end stops.
 #include <algorithm>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 namespace freeplay::verification::random_scenes {
 

@@ -1,7 +1,7 @@
 // Bodies that touch without load: columns, rows and grids.
 #include <algorithm>
 
-#include "verification/random_scenes/kinds/kinds.hpp"
+#include "verification/random_scenes/draft.hpp"
 
 namespace freeplay::verification::random_scenes {
 namespace {
