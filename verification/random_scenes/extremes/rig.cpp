@@ -73,7 +73,7 @@ Verdict compare(const Result& run, const std::vector<ContactOnset>& expected, co
     const double late = std::abs(found[i].t - expected[i].t),
                  off = std::abs(found[i].v_n_minus / expected[i].v_n_minus - 1);
     // Speeds change over a step by h over the flight, at either end of it (as in
-    // property/comparison/mechanisms_test.cpp).
+    // property/comparison/event_driven_test.cpp).
     const double steps =
         i > 0 ? 2 * b.slack * static_cast<double>(i) / (expected[i].t - expected[i - 1].t) : 0;
     if (late <= grown * (b.time * expected[i].t + b.slack) && off <= std::max(grown * b.speed, steps))
