@@ -26,11 +26,11 @@ namespace freeplay {
 struct Scene;
 
 struct PlayOptions {
-  std::vector<std::string> quantities;  ///< output_quantity()
-  std::string over;                     ///< a joint with prescribed motion; empty: the position of the start
-  double from = 0, to = 0;              ///< its angle (rad) or position (m)
-  int points = 73;                      ///< number of positions, ends included
-  StopToken stop;
+  std::vector<std::string> quantities = {};  ///< output_quantity()
+  std::string over = {};    ///< a joint with prescribed motion; empty: the position of the start
+  double from = 0, to = 0;  ///< its angle (rad) or position (m)
+  int points = 73;          ///< number of positions, ends included
+  StopToken stop = {};
 };
 
 /// Range of one output at one position.

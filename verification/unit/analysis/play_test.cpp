@@ -1,0 +1,158 @@
+// Output play: ranges in closed form or by one-dimensional searches, refusals.
+//
+// verification/scenes/play/values.csv has the ranges with their sources. They were computed with 30 digits from
+// the geometry of each mechanism: a link with loose pins is one of length l ± Σ c, a slider within its guide has
+// the offset and tilt that its corners permit, teeth move their wheels by half the backlash along the line of
+// action.
+#include "analysis/play/play.hpp"
+
+#include "io/scene/points_file.hpp"
+#include "io/scene/read_scene.hpp"
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// One line of values.csv.
+struct KnownRange {
+  std::string scene, joint, at, quantity;
+  double ideal, least, greatest;
+};
+
+std::vector<KnownRange> known_ranges() {
+  std::ifstream file(test::source_folder() / "verification/scenes/play/values.csv");
+  TextRows rows(std::string(std::istreambuf_iterator<char>(file), {}));
+  std::vector<KnownRange> list;
+  REQUIRE(rows.next());
+  while (rows.next()) {
+    const auto& x = rows.fields();
+    REQUIRE(x.size() >= 7);
+    list.push_back({x[0], x[1], x[2], x[3], std::stod(x[4]), std::stod(x[5]), std::stod(x[6])});
+  }
+  return list;
+}
+
+/// The parts of a text between semicolons.
+std::vector<std::string> divided(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ';');) parts.push_back(part);
+  return parts;
+}
+
+Scene scene_named(const std::string& name) {
+  return read_scene(test::source_folder() / "verification/scenes/play" / (name + ".toml"));
+}
+
+/// The range of a quantity at a position of a driven joint, or of two, "A;B", at theirs.
+PlayRange range_at(Scene scene, const std::string& joint, const std::string& at,
+                   const std::string& quantity) {
+  PlayOptions options{.quantities = {quantity}};
+  if (joint.find(';') == joint.npos) {
+    options.over = joint;
+    options.from = options.to = std::stod(at);
+    options.points = 1;
+  } else {
+    const auto joints = divided(joint), places = divided(at);
+    for (std::size_t k = 0; k < joints.size(); ++k)
+      for (auto& drive : scene.mechanism.drives)
+        if (auto& d = std::get<SpeedDrive>(drive);
+            name_of(scene.mechanism.joints[static_cast<std::size_t>(d.joint)]) == joints[k])
+          d.initial_angle = std::stod(places[k]);
+  }
+  const auto play = find_play(scene, options);
+  REQUIRE(play.positions.front().refusal.empty());
+  return play.positions.front().ranges.front();
+}
+
+std::string refusal_of(const Scene& scene, const PlayOptions& options) {
+  try {
+    find_play(scene, options);
+  } catch (const ModelError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+/// A four-bar like four_bar.toml with the clearance c at the crank pin and the pin of the rocker.
+Scene four_bar(double c) {
+  auto scene = scene_named("four_bar");
+  for (auto& joint : scene.mechanism.joints)
+    if (auto& pin = std::get<RevoluteJoint>(joint); pin.clearance) pin.clearance->radial = c;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("ranges of outputs agree with closed forms", "[play]") {
+  for (const auto& known : known_ranges()) {
+    CAPTURE(known.scene, known.at, known.quantity);
+    const auto found = range_at(scene_named(known.scene), known.joint, known.at, known.quantity);
+    // Rounding of coordinates of 0.3 m is 4e-13 of a play of 0.1 mm.
+    const double play = known.greatest - known.least, rounding = 2e-12 * play;
+    CHECK(std::abs(found.ideal - known.ideal) <= rounding);
+    CHECK(std::abs(found.least - known.least) <= rounding);
+    CHECK(std::abs(found.greatest - known.greatest) <= rounding);
+    CHECK(found.bound_least <= found.least);
+    CHECK(found.bound_greatest >= found.greatest);
+  }
+}
+
+TEST_CASE("the bound of a joint with influence is the value found", "[play]") {
+  // Without influence at first order: a pin of the parallelogram across its links, the corner R of a slider, the
+  // pin of a planet for the planet's own angle.
+  for (const auto& known : known_ranges()) {
+    const bool weak = known.quantity == "rocker.pin.x" || known.quantity == "rocker.pin.y" ||
+                      known.quantity == "slider.R.y" || known.quantity == "planet.theta" ||
+                      known.scene == "ring_pinion";
+    CAPTURE(known.scene, known.at, known.quantity);
+    if (!weak) CHECK(range_at(scene_named(known.scene), known.joint, known.at, known.quantity).gap() < 1e-9);
+  }
+}
+
+TEST_CASE("the width of a four-bar's rocker has the published digits", "[play]") {
+  // The coupler acts as one of length l ± Σ c. Crank angles count from the line of the ground.
+  const std::vector<std::pair<double, double>> widths{
+      {0, 2.000000224e-3}, {60, 1.719778598e-3}, {90, 1.614414836e-3}, {180, 1.697056820e-3}};
+  for (const auto& [degrees, width] : widths) {
+    CAPTURE(degrees);
+    const auto at = fmt::format("{}", degrees * std::numbers::pi / 180);
+    CHECK(range_at(scene_named("four_bar"), "A", at, "rocker.theta").width() == Approx(width).epsilon(3e-10));
+  }
+}
+
+TEST_CASE("parts of the joints sum to the range, and the linear range is first order", "[play]") {
+  // The error of the linear range is of the third order in the clearance: that of the width, whose even orders
+  // cancel.
+  double last = 0;
+  for (const double c : {2e-3, 1e-3, 5e-4}) {
+    const auto r = range_at(four_bar(c), "A", "1.0", "coupler.x");
+    CHECK(r.parts[0] + r.parts[1] == Approx(r.width()).epsilon(1e-12));
+    CHECK(r.variance[0] + r.variance[1] == Approx(1).epsilon(1e-12));
+    const double error = std::abs(r.width() - 2 * r.linear);
+    if (last > 0) CHECK(std::log2(last / error) == Approx(3).margin(0.1));
+    last = error;
+  }
+}
+
+TEST_CASE("positions without a range are refused with the reason", "[play]") {
+  const auto scene = scene_named("four_bar");
+  const PlayOptions at_start{.quantities = {"rocker.theta"}};
+  CHECK_THAT(refusal_of(scene, {.quantities = {"rocker.tip"}}),
+             Contains("no quantity") && Contains("coupler"));
+  CHECK_THAT(refusal_of(scene, {.quantities = {"rocker.theta"}, .over = "B", .to = 1}),
+             Contains("no drive prescribes") && Contains("A"));
+  auto undriven = scene;
+  undriven.mechanism.drives.clear();
+  CHECK_THAT(refusal_of(undriven, at_start), Contains("needs a drive") && Contains("rotation at"));
+  CHECK_THAT(refusal_of(four_bar(0.04), at_start), Contains("dead centre"));
+  auto ideal = scene;
+  ideal.mechanism = idealised(ideal.mechanism);
+  CHECK_THAT(refusal_of(ideal, at_start), Contains("no joint has clearance"));
+  CHECK_THAT(refusal_of(scene_named("dead_point"),
+                        {.quantities = {"output.theta"}, .over = "A", .from = 0, .to = 6, .points = 3}),
+             Contains("cannot be moved") && Contains("dead centre"));
+  CHECK_THAT(refusal_of(scene_named("gear_loose"), {.quantities = {"wheel.x"}}), Contains("both sides"));
+}
