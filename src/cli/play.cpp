@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "analysis/play/play_loads.hpp"
 #include "cli/command_line.hpp"
 #include "cli/figures.hpp"
 #include "cli/scene_report.hpp"
@@ -25,6 +27,7 @@ struct PlayCommand : Request {
   std::string scene, over, from, to;
   std::vector<std::string> quantities, overrides;
   int points = 73;
+  bool loads = false;
   Reach reach = Reach::beside;  ///< permitted files of the scene
   std::string output;           ///< result folder; empty: no files
 };
@@ -45,6 +48,7 @@ PlayOptions options_of(const PlayCommand& request, const Scene& scene) {
   options.quantities = request.quantities;
   options.over = request.over;
   options.points = request.points;
+  options.loads = request.loads;
   options.stop = request.stop;
   if (request.over.empty()) {
     if (!request.from.empty() || !request.to.empty())
@@ -59,6 +63,41 @@ PlayOptions options_of(const PlayCommand& request, const Scene& scene) {
   options.from = place("--from", request.from, slides);
   options.to = place("--to", request.to, slides);
   return options;
+}
+
+/// The poses under the loads in sentences.
+void print_loaded(const Play& play, const char* unit) {
+  for (std::size_t k = 0; k < play.quantities.size(); ++k) {
+    double least = INFINITY, greatest = -INFINITY;
+    for (const auto& p : play.positions)
+      for (const auto* pose : {&p.up, &p.down})
+        if (pose->failure.empty() && p.refusal.empty()) {
+          least = std::min(least, pose->values[k] - p.ranges[k].ideal);
+          greatest = std::max(greatest, pose->values[k] - p.ranges[k].ideal);
+        }
+    const auto& quantity = play.quantities[k];
+    if (least <= greatest)
+      fmt::print("{}",
+                 wrapped(fmt::format("under the loads {} is from {:.4g} to {:.4g} {} beside its ideal value; "
+                                     "lost motion {:.3g} {}\n",
+                                     quantity.name, least, greatest, quantity.unit(), lost_motion(play, k),
+                                     quantity.unit()),
+                         2));
+  }
+  constexpr std::size_t shown = 6;
+  std::size_t printed = 0;
+  for (const auto& jump : play.jumps)
+    if (jump.up && printed++ < shown)
+      fmt::print("{}", wrapped(fmt::format("{} changes sides between {:.5g} and {:.5g} {}\n", jump.joint,
+                                           jump.from, jump.to, unit),
+                               2));
+  if (printed > shown) fmt::print("  {} more changes of sides in play.json\n", printed - shown);
+  const auto failed =
+      std::ranges::find_if(play.positions, [](const auto& p) { return !p.up.failure.empty(); });
+  if (failed != play.positions.end())
+    fmt::print("{}", wrapped(fmt::format("no equilibrium at {:.5g} {}: {}\n", failed->coordinate, unit,
+                                         failed->up.failure),
+                             2));
 }
 
 void print(const Scene& scene, const Play& play) {
@@ -93,6 +132,7 @@ void print(const Scene& scene, const Play& play) {
                                          play.positions.size(), it->coordinate, unit, it->refusal),
                              2));
   }
+  if (play.loaded) print_loaded(play, unit);
   for (const auto& note : play.notes) fmt::print("{}", wrapped("note: " + note + "\n", 2));
 }
 
@@ -106,6 +146,7 @@ int play(const PlayCommand& request) {
     ResultSet set(folder, "play");
     write_file(set.place() / "play.csv", play_table(found).csv());
     write_file(set.place() / "play_parts.csv", play_parts_table(found).csv());
+    if (found.loaded) write_file(set.place() / "play_loads.csv", play_loads_table(found).csv());
     write_json(set.place() / "play.json", to_json(found), provenance(scene));
     set.commit();
     fmt::print("\nresults in {}\n", folder.string());
@@ -138,6 +179,8 @@ void play_verb(Program& program) {
       .between(1, 100000)
       .needs(over)
       .shows_default();
+  options.flag("--loads", request.loads,
+               "also the equilibrium under the loads at each position, without friction");
   options.set(request.overrides);
   options.allow_outside(request.reach);
   options.output(request.output, "result folder; default: no files");

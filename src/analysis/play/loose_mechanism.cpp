@@ -105,6 +105,10 @@ constexpr double singular = 1e-12;
 
 }  // namespace
 
+double value_of(const OutputQuantity& quantity, const double* q, const Evaluation& e) {
+  return evaluate(quantity, q, e);
+}
+
 OutputQuantity output_quantity(const Mechanism& m, const std::string& name) {
   for (const auto& find : {coordinate_named, distance_named, joint_named})
     if (auto found = find(m, trimmed(name))) {

@@ -46,6 +46,9 @@ struct OutputQuantity {
   const char* unit() const { return is_angle() ? "rad" : "m"; }
 };
 
+/// The value of a quantity at q; `e`: after System::place().
+double value_of(const OutputQuantity& quantity, const double* q, const Evaluation& e);
+
 /// Reads BODY.x, BODY.y, BODY.theta, BODY.POINT.x, BODY.POINT.y, a joint's name (its angle θ_second −
 /// θ_first, or its position along its axis), or "distance(P, Q)" with points BODY, BODY.POINT or ground.
 /// Throws ModelError that lists the names.

@@ -8,68 +8,15 @@
 #include <numeric>
 #include <optional>
 
+#include "analysis/play/held_drives.hpp"
 #include "analysis/play/play_extremes.hpp"
+#include "analysis/play/play_loads.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "mechanism/error.hpp"
-#include "mechanism/piecewise.hpp"
 #include "mechanism/scene.hpp"
 
 namespace freeplay {
 namespace {
-
-/// A drive of prescribed motion that does not follow another joint: its joint and its place at t = 0.
-struct Prescribed {
-  int joint = -1;
-  double start = 0;
-};
-
-std::optional<Prescribed> prescribed(const Drive& drive, const Mechanism& m) {
-  if (const auto* speed = std::get_if<SpeedDrive>(&drive))
-    return Prescribed{speed->joint, speed->initial_angle};
-  const auto* motion = std::get_if<MotionDrive>(&drive);
-  if (!motion || motion->of >= 0) return {};
-  return Prescribed{motion->joint, motion->course(m.curves).jet(0.0).value};
-}
-
-/// The mechanism with all prescribed motions held at their places at t = 0; that of `over` has t as its
-/// coordinate (−1: none).
-Mechanism held(Mechanism m, int over) {
-  const auto before = m;
-  const auto curve = [&](double rate) {
-    Curve c;
-    c.name = rate == 0 ? "held" : "advanced";
-    c.value = rate;
-    m.curves.push_back(c);
-    return static_cast<int>(m.curves.size()) - 1;
-  };
-  const int rest = curve(0), advance = curve(1);
-  for (auto& drive : m.drives) {
-    const auto found = prescribed(drive, before);
-    if (!found) continue;
-    MotionDrive motion;
-    motion.name = name_of(drive);
-    motion.joint = found->joint;
-    motion.velocity = found->joint == over ? advance : rest;
-    motion.initial = found->joint == over ? 0 : found->start;
-    drive = motion;
-  }
-  return m;
-}
-
-/// The joint that the positions are over, and its coordinate at the start.
-Prescribed driven_joint(const Mechanism& m, const std::string& name) {
-  std::string known;
-  for (const auto& drive : m.drives) {
-    const auto found = prescribed(drive, m);
-    if (!found) continue;
-    const auto& joint = name_of(m.joints[static_cast<std::size_t>(found->joint)]);
-    if (name.empty() ? found->joint == crank_joint(m) : joint == name) return *found;
-    known += (known.empty() ? "" : ", ") + joint;
-  }
-  if (name.empty()) return {};
-  throw ModelError("--over", fmt::format("no drive prescribes the motion of a joint \"{}\"; such joints: {}",
-                                         name, known.empty() ? "none" : known));
-}
 
 /// Follows the ideal pose q from t to `end` on its branch: false where the mechanism does not close any
 /// further, with t and q at the last position that closes.
@@ -189,7 +136,7 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   }
   if (!m.contacts.empty() || !m.groups.empty())
     play.notes.emplace_back("contacts outside joints do not limit the positions");
-  const auto fixed = held(m, driven.joint);
+  const auto fixed = held(m, driven.joint, {});
   const auto start = assemble(idealised(m), RunOptions::Start::ideal, nullptr, options.stop);
   double t = driven.start;
   LooseMechanism mechanism(fixed, play.quantities, start.q, t);
@@ -212,7 +159,8 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
                        fmt::format("{} cannot be moved from {:.6g} to {:.6g} {}: the mechanism is at a dead "
                                    "centre or does not close beyond {:.6g} {}",
                                    play.joint, driven.start, place, joint_unit(play), t, joint_unit(play)));
-    PlayPosition at{place, {}, {}, {}};
+    PlayPosition at;
+    at.coordinate = place;
     const auto& region = extremes.enclose(q, t);
     at.refusal = region.refusal;
     at.pose = region.q;
@@ -223,6 +171,7 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   }
   if (std::ranges::none_of(play.positions, [](const auto& p) { return p.refusal.empty(); }))
     throw ModelError(play.joint.empty() ? "" : "joints." + play.joint, play.positions.front().refusal);
+  if (options.loads) add_loaded(m, driven.joint, play, options.stop);
   return play;
 }
 
@@ -232,11 +181,18 @@ Table play_table(const Play& play) {
   for (const auto& quantity : play.quantities)
     for (const char* part : {"ideal", "least", "greatest", "bound_least", "bound_greatest", "linear"})
       table.column(quantity.name + "." + part);
+  if (play.loaded)
+    for (const auto& quantity : play.quantities)
+      for (const char* part : {"loaded_up", "loaded_down"}) table.column(quantity.name + "." + part);
   for (const auto& p : play.positions) {
     std::vector<Table::Cell> row{p.coordinate};
     for (const auto& r : p.ranges)
       row.insert(row.end(), {r.ideal, r.least, r.greatest, r.bound_least, r.bound_greatest, r.linear});
-    row.resize(table.columns().size(), "");
+    row.resize(1 + 6 * play.quantities.size(), "");
+    if (play.loaded)
+      for (std::size_t k = 0; k < play.quantities.size(); ++k)
+        for (const auto* pose : {&p.up, &p.down})
+          row.emplace_back(pose->failure.empty() ? Table::Cell(pose->values[k]) : Table::Cell(""));
     table.row(std::move(row));
   }
   return table;
@@ -253,6 +209,22 @@ Table play_parts_table(const Play& play) {
     for (const auto& r : p.ranges)
       for (const auto& part : by_joint(play, r.parts)) row.emplace_back(part.second);
     row.resize(table.columns().size(), "");
+    table.row(std::move(row));
+  }
+  return table;
+}
+
+Table play_loads_table(const Play& play) {
+  Table table;
+  table.column(play.joint.empty() ? "t" : play.joint);
+  for (const char* way : {"up", "down"})
+    for (const auto& name : play.reactions)
+      for (const char* part : {"fx", "fy", "m"}) table.column(fmt::format("{}.{}_{}", name, part, way));
+  for (const auto& p : play.positions) {
+    std::vector<Table::Cell> row{p.coordinate};
+    for (const auto* pose : {&p.up, &p.down})
+      for (std::size_t i = 0; i < 3 * play.reactions.size(); ++i)
+        row.emplace_back(pose->failure.empty() ? Table::Cell(pose->reactions[i]) : Table::Cell(""));
     table.row(std::move(row));
   }
   return table;
@@ -284,8 +256,11 @@ nlohmann::json to_json(const Play& play) {
       for (const auto& [joint, part] : by_joint(play, r.variance))
         one["widest"]["variance_shares"][joint] = part;
     }
+    if (play.loaded) one["lost_motion"] = lost_motion(play, k);
     all["quantities"].push_back(std::move(one));
   }
+  for (const auto& jump : play.jumps)
+    all["jumps"].push_back({{"joint", jump.joint}, {"from", jump.from}, {"to", jump.to}, {"up", jump.up}});
   return all;
 }
 

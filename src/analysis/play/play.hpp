@@ -30,6 +30,7 @@ struct PlayOptions {
   std::string over = {};    ///< a joint with prescribed motion; empty: the position of the start
   double from = 0, to = 0;  ///< its angle (rad) or position (m)
   int points = 73;          ///< number of positions, ends included
+  bool loads = false;       ///< also the equilibrium under the loads at each position
   StopToken stop = {};
 };
 
@@ -46,11 +47,27 @@ struct PlayRange {
   double gap() const;
 };
 
+/// Equilibrium under the loads at one position (dynamics/assembly/equilibrium.hpp).
+struct LoadedPose {
+  std::string failure;  ///< why there is none; empty: there is one
+  Eigen::VectorXd q;
+  std::vector<double> values;     ///< of the quantities
+  std::vector<double> reactions;  ///< fx, fy (N) and m (N m) of each element of Play::reactions
+};
+
 struct PlayPosition {
   double coordinate = 0;  ///< of the driven joint, rad or m
   std::string refusal;    ///< why no range is given; empty: `ranges` has one for each quantity
   std::vector<PlayRange> ranges;
   Eigen::VectorXd pose;  ///< ideal
+  LoadedPose up, down;   ///< approached from the position before, and from the next one
+};
+
+/// A journal or tooth that changes sides between two neighbouring positions.
+struct PlayJump {
+  std::string joint;
+  double from = 0, to = 0;  ///< coordinates, in the order of the approach
+  bool up = true;           ///< approached from the first position
 };
 
 struct Play {
@@ -59,7 +76,10 @@ struct Play {
   std::vector<LooseComponent> components;
   std::vector<OutputQuantity> quantities;
   std::vector<PlayPosition> positions;
-  std::vector<std::string> notes;  ///< what is not considered
+  std::vector<std::string> notes;           ///< what is not considered
+  bool loaded = false;                      ///< whether positions have loaded poses
+  std::vector<std::string> reactions = {};  ///< joints whose reactions they have
+  std::vector<PlayJump> jumps = {};
 };
 
 /// Throws ModelError for unknown names, undriven motions, dependent constraints, positions that the mechanism
@@ -71,6 +91,9 @@ Play find_play(const Scene& scene, const PlayOptions& options);
 Table play_table(const Play& play);
 /// play_parts.csv: the coordinate, then Q.JOINT, the part of each joint in Q.greatest − Q.least.
 Table play_parts_table(const Play& play);
+/// play_loads.csv: the coordinate, then the reaction of each joint on its second body, JOINT.fx_up, .fy_up, .m_up
+/// and likewise down.
+Table play_loads_table(const Play& play);
 /// play.json, without provenance.
 nlohmann::json to_json(const Play& play);
 /// The widest range of each quantity in a sentence, with the joints' shares.

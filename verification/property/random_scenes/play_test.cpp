@@ -81,7 +81,7 @@ Scene scene_of(const Linkage& x) {
   std::string text = test::body("crank", 1, 1, fmt::format("position = [0.0, 0.0]\nangle = {}\n", x.angle)) +
                      test::pin("main", "ground", "crank") +
                      test::drive("motor", "main", fmt::format("speed = 1.0\ninitial_angle = {}\n", x.angle)) +
-                     test::surface("s", 0.5) + "[assembly]\napproximate = true\n";
+                     test::surface("s", 0.5) + "[assembly]\napproximate = true\n" + test::run_for(1);
   std::string before = "crank";
   Vec2 origin{0, 0};
   double angle = x.angle;
