@@ -28,6 +28,8 @@ struct PlayCommand : Request {
   std::vector<std::string> quantities, overrides;
   int points = 73;
   bool loads = false;
+  int samples = 0;
+  std::string place = "within";
   Reach reach = Reach::beside;  ///< permitted files of the scene
   std::string output;           ///< result folder; empty: no files
 };
@@ -49,6 +51,7 @@ PlayOptions options_of(const PlayCommand& request, const Scene& scene) {
   options.over = request.over;
   options.points = request.points;
   options.loads = request.loads;
+  options.sampling = {request.samples, request.place == "rim" ? PlayPlace::rim : PlayPlace::within};
   options.stop = request.stop;
   if (request.over.empty()) {
     if (!request.from.empty() || !request.to.empty())
@@ -63,6 +66,27 @@ PlayOptions options_of(const PlayCommand& request, const Scene& scene) {
   options.from = place("--from", request.from, slides);
   options.to = place("--to", request.to, slides);
   return options;
+}
+
+/// The range of 95 % at the position where it is widest.
+void print_quantiles(const Play& play) {
+  for (std::size_t k = 0; k < play.quantities.size(); ++k) {
+    const PlayRange* most = nullptr;
+    const auto width = [](const PlayRange& r) { return r.quantiles->value[3] - r.quantiles->value[1]; };
+    for (const auto& p : play.positions)
+      if (p.refusal.empty() && (!most || width(p.ranges[k]) > width(*most))) most = &p.ranges[k];
+    if (!most) continue;
+    const auto& x = *most->quantiles;
+    const auto& quantity = play.quantities[k];
+    fmt::print(
+        "{}",
+        wrapped(fmt::format("95 % of random places have {} from {:.4g} to {:+.4g} {} beside its ideal value "
+                            "(standard error {:.2g}); least and greatest are {:.4g} and {:+.4g}\n",
+                            quantity.name, x.value[1] - most->ideal, x.value[3] - most->ideal,
+                            quantity.unit(), std::max(x.error[1], x.error[3]), most->least - most->ideal,
+                            most->greatest - most->ideal),
+                2));
+  }
 }
 
 /// The poses under the loads in sentences.
@@ -132,6 +156,7 @@ void print(const Scene& scene, const Play& play) {
                                          play.positions.size(), it->coordinate, unit, it->refusal),
                              2));
   }
+  if (play.sampled) print_quantiles(play);
   if (play.loaded) print_loaded(play, unit);
   for (const auto& note : play.notes) fmt::print("{}", wrapped("note: " + note + "\n", 2));
 }
@@ -178,6 +203,11 @@ void play_verb(Program& program) {
   options.add("--points", request.points, "number of positions")
       .between(1, 100000)
       .needs(over)
+      .shows_default();
+  options.add("--samples", request.samples, "number of random states of the joints for quantiles")
+      .between(100, 10000000);
+  options.add("--place", request.place, "random places: within the clearances, or at their rim")
+      .one_of({"within", "rim"})
       .shows_default();
   options.flag("--loads", request.loads,
                "also the equilibrium under the loads at each position, without friction");

@@ -72,7 +72,7 @@ std::vector<double> parts_of(const LooseMechanism& mechanism, const Eigen::Vecto
 }
 
 PlayRange range_of(LooseMechanism& mechanism, PlayExtremes& extremes, int k, Eigen::VectorXd& up,
-                   Eigen::VectorXd& down) {
+                   Eigen::VectorXd& down, const PlaySampling& sampling) {
   PlayRange range;
   Eigen::VectorXd a;
   range.ideal = extremes.ideal(k, a);
@@ -91,6 +91,7 @@ PlayRange range_of(LooseMechanism& mechanism, PlayExtremes& extremes, int k, Eig
   range.settled = most.settled && least.settled;
   range.at_greatest = most.q, range.at_least = least.q;
   range.parts = parts_of(mechanism, a, most, least, range.width());
+  if (sampling.samples > 0) range.quantiles = play_quantiles(mechanism, extremes, k, sampling);
   return range;
 }
 
@@ -127,6 +128,7 @@ double PlayRange::gap() const {
 Play find_play(const Scene& scene, const PlayOptions& options) {
   const auto& m = scene.mechanism;
   Play play;
+  play.sampled = options.sampling.samples > 0;
   for (const auto& name : options.quantities) play.quantities.push_back(output_quantity(m, name));
   const auto driven = driven_joint(m, options.over);
   if (driven.joint >= 0) {
@@ -166,7 +168,8 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
     at.pose = region.q;
     if (at.refusal.empty())
       for (std::size_t k = 0; k < play.quantities.size(); ++k)
-        at.ranges.push_back(range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k]));
+        at.ranges.push_back(
+            range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k], options.sampling));
     play.positions.push_back(std::move(at));
   }
   if (std::ranges::none_of(play.positions, [](const auto& p) { return p.refusal.empty(); }))
@@ -178,21 +181,28 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
 Table play_table(const Play& play) {
   Table table;
   table.column(play.joint.empty() ? "t" : play.joint);
-  for (const auto& quantity : play.quantities)
-    for (const char* part : {"ideal", "least", "greatest", "bound_least", "bound_greatest", "linear"})
-      table.column(quantity.name + "." + part);
-  if (play.loaded)
-    for (const auto& quantity : play.quantities)
+  std::vector<std::string> parts{"ideal", "least", "greatest", "bound_least", "bound_greatest", "linear"};
+  if (play.sampled)
+    for (const double share : play_shares) parts.push_back(fmt::format("p{:g}", 100 * share));
+  for (const auto& quantity : play.quantities) {
+    for (const auto& part : parts) table.column(quantity.name + "." + part);
+    if (play.loaded)
       for (const char* part : {"loaded_up", "loaded_down"}) table.column(quantity.name + "." + part);
+  }
   for (const auto& p : play.positions) {
     std::vector<Table::Cell> row{p.coordinate};
-    for (const auto& r : p.ranges)
-      row.insert(row.end(), {r.ideal, r.least, r.greatest, r.bound_least, r.bound_greatest, r.linear});
-    row.resize(1 + 6 * play.quantities.size(), "");
-    if (play.loaded)
-      for (std::size_t k = 0; k < play.quantities.size(); ++k)
+    for (std::size_t k = 0; k < play.quantities.size(); ++k) {
+      if (p.refusal.empty()) {
+        const auto& r = p.ranges[k];
+        row.insert(row.end(), {r.ideal, r.least, r.greatest, r.bound_least, r.bound_greatest, r.linear});
+        if (play.sampled) row.insert(row.end(), r.quantiles->value.begin(), r.quantiles->value.end());
+      } else {
+        row.resize(row.size() + parts.size(), "");
+      }
+      if (play.loaded)
         for (const auto* pose : {&p.up, &p.down})
           row.emplace_back(pose->failure.empty() ? Table::Cell(pose->values[k]) : Table::Cell(""));
+    }
     table.row(std::move(row));
   }
   return table;
@@ -253,6 +263,11 @@ nlohmann::json to_json(const Play& play) {
       const auto& r = at->ranges[k];
       one["widest"] = {{"at", at->coordinate}, {"width", r.width()}, {"linear_width", 2 * r.linear}};
       for (const auto& [joint, part] : by_joint(play, r.parts)) one["widest"]["parts"][joint] = part;
+      if (r.quantiles)
+        for (std::size_t s = 0; s < play_shares.size(); ++s)
+          one["widest"]["quantiles"].push_back({{"share", play_shares[s]},
+                                                {"value", r.quantiles->value[s]},
+                                                {"standard_error", r.quantiles->error[s]}});
       for (const auto& [joint, part] : by_joint(play, r.variance))
         one["widest"]["variance_shares"][joint] = part;
     }

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/play/loose_mechanism.hpp"
+#include "analysis/play/play_statistics.hpp"
 #include "values/stop.hpp"
 #include "values/table.hpp"
 
@@ -27,10 +27,11 @@ struct Scene;
 
 struct PlayOptions {
   std::vector<std::string> quantities = {};  ///< output_quantity()
-  std::string over = {};    ///< a joint with prescribed motion; empty: the position of the start
-  double from = 0, to = 0;  ///< its angle (rad) or position (m)
-  int points = 73;          ///< number of positions, ends included
-  bool loads = false;       ///< also the equilibrium under the loads at each position
+  std::string over = {};       ///< a joint with prescribed motion; empty: the position of the start
+  double from = 0, to = 0;     ///< its angle (rad) or position (m)
+  int points = 73;             ///< number of positions, ends included
+  bool loads = false;          ///< also the equilibrium under the loads at each position
+  PlaySampling sampling = {};  ///< samples > 0: also quantiles
   StopToken stop = {};
 };
 
@@ -42,6 +43,7 @@ struct PlayRange {
   std::vector<double> variance;           ///< of the components in the variance to first order; they sum to 1
   Eigen::VectorXd at_least, at_greatest;  ///< poses q
   bool settled = true;                    ///< whether both searches converged
+  std::optional<PlayQuantiles> quantiles;
   double width() const { return greatest - least; }
   /// Σ of both differences of bounds and values found, relative to the width.
   double gap() const;
@@ -77,6 +79,7 @@ struct Play {
   std::vector<OutputQuantity> quantities;
   std::vector<PlayPosition> positions;
   std::vector<std::string> notes;           ///< what is not considered
+  bool sampled = false;                     ///< whether ranges have quantiles
   bool loaded = false;                      ///< whether positions have loaded poses
   std::vector<std::string> reactions = {};  ///< joints whose reactions they have
   std::vector<PlayJump> jumps = {};
@@ -87,7 +90,8 @@ struct Play {
 Play find_play(const Scene& scene, const PlayOptions& options);
 
 /// play.csv: the coordinate, then for each quantity Q Q.ideal, Q.least, Q.greatest, Q.bound_least,
-/// Q.bound_greatest, Q.linear. Cells of refused positions are empty.
+/// Q.bound_greatest, Q.linear; with samples Q.p0.135, Q.p2.5, Q.p50, Q.p97.5, Q.p99.865 (%); with loads Q.loaded_up
+/// and Q.loaded_down. Cells of refused positions are empty.
 Table play_table(const Play& play);
 /// play_parts.csv: the coordinate, then Q.JOINT, the part of each joint in Q.greatest − Q.least.
 Table play_parts_table(const Play& play);

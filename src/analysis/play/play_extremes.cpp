@@ -402,6 +402,12 @@ void PlayExtremes::search(int k, double sign, PlayExtreme& best) {
   }
 }
 
+std::optional<double> PlayExtremes::value(int k, const Eigen::VectorXd& u) {
+  Eigen::VectorXd q = region_.q + region_.slope * u;
+  if (!mechanism_.close(u, region_.t, q, f_, factors_)) return {};
+  return mechanism_.output(k, gradient_);
+}
+
 void PlayExtremes::bound(int k, double sign, PlayExtreme& x) {
   double value = 0;
   at(k, sign, x.u, x.q, value, x.a);  // sets λ and F

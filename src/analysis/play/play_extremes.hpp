@@ -67,6 +67,8 @@ class PlayExtremes {
   double ideal(int k, Eigen::VectorXd& a);
   /// The greatest value of sign · output k, and its bound; needs enclose() with success. `start`: where the
   /// search begins (empty: from the ideal pose).
+  /// The value of output k at u; empty if the mechanism does not close there.
+  std::optional<double> value(int k, const Eigen::VectorXd& u);
   PlayExtreme greatest(int k, double sign, const Eigen::VectorXd& start = {});
 
  private:

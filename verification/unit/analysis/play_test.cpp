@@ -6,6 +6,7 @@
 // action.
 #include "analysis/play/play.hpp"
 
+#include "analysis/play/play_loads.hpp"
 #include "io/scene/points_file.hpp"
 #include "io/scene/read_scene.hpp"
 #include "verification/support/rig.hpp"
@@ -136,6 +137,51 @@ TEST_CASE("parts of the joints sum to the range, and the linear range is first o
     if (last > 0) CHECK(std::log2(last / error) == Approx(3).margin(0.1));
     last = error;
   }
+}
+
+TEST_CASE("quantiles of one loose pin are those of a point on a disc or a circle", "[play]") {
+  // With the crank at 0 the slider moves by c u_x, but for c²/(2 l): the semicircle law, or the arcsine law.
+  const double c = 1e-3, pi = std::numbers::pi;
+  for (const auto place : {PlayPlace::within, PlayPlace::rim}) {
+    PlayOptions options{.quantities = {"slider.x"}, .over = "main", .points = 1};
+    options.sampling = {4000, place};
+    const auto range = find_play(scene_named("slider_crank"), options).positions.front().ranges.front();
+    REQUIRE(range.quantiles);
+    for (std::size_t s = 0; s < play_shares.size(); ++s) {
+      const double x = (range.quantiles->value[s] - range.ideal) / c,
+                   law = place == PlayPlace::rim ? std::asin(x) : x * std::sqrt(1 - x * x) + std::asin(x);
+      // Four standard errors of the share, from 80,000 linear samples, and the second order.
+      const double share = play_shares[s], error = 4 * std::sqrt(share * (1 - share) / 80000);
+      const double density =
+          place == PlayPlace::rim ? 1 / (pi * std::sqrt(1 - x * x)) : 2 / pi * std::sqrt(1 - x * x);
+      CAPTURE(share, x, range.quantiles->error[s]);
+      CHECK(std::abs(0.5 + law / pi - share) <= error + 2e-3 * density);
+      CHECK(range.quantiles->error[s] < 0.02 * c);
+      CHECK(range.quantiles->value[s] >= range.least);
+      CHECK(range.quantiles->value[s] <= range.greatest);
+    }
+    CHECK(range.quantiles->failed == 0);
+  }
+}
+
+TEST_CASE("a loaded journal rests where its weight presses it", "[play]") {
+  // At the crank angle 0 the weight of rod and slider is vertical: the rod lies on the slider's pin, c below it,
+  // and the slider is nearer by c²/(2 l). Half of the rod's weight is the reaction.
+  auto scene = scene_named("slider_crank");
+  scene.mechanism.gravity = {0, -9.81};
+  const auto play =
+      find_play(scene, {.quantities = {"slider.x"}, .over = "main", .points = 1, .loads = true});
+  const auto& p = play.positions.front();
+  REQUIRE(p.up.failure.empty());
+  const double l = 0.3, c = 1e-3;
+  CHECK(p.up.values[0] - 0.35 == Approx(std::sqrt(l * l - c * c) - l).epsilon(1e-6));
+  const auto gudgeon =
+      static_cast<std::size_t>(std::ranges::find(play.reactions, "gudgeon") - play.reactions.begin());
+  const double mass = scene.mechanism.bodies[1].mass;
+  CHECK(std::abs(p.up.reactions[3 * gudgeon + 1]) == Approx(0.5 * mass * 9.81).epsilon(1e-4));
+  CHECK(lost_motion(play, 0) == 0);
+  CHECK(p.up.values[0] >= p.ranges[0].bound_least);
+  CHECK(p.up.values[0] <= p.ranges[0].bound_greatest);
 }
 
 TEST_CASE("positions without a range are refused with the reason", "[play]") {

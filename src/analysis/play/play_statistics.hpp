@@ -1,0 +1,41 @@
+// Output play as a distribution: quantiles of an output when each journal and each tooth takes a random place within
+// its clearance, independent of the others: uniform on the disc (or its rim), uniform between two opposite contacts
+// (or at one of them).
+//
+// The output h(u) of N samples is computed exactly, by closure. Its linear part L(u) = h(0) + a·u, evaluated for many
+// more samples, serves as a control variate of the distribution function (Lavenberg and Welch, Management Science 27
+// (1981) 322):
+//
+//     F(y) ≈ P(L ≤ y) + (1/N) Σ [1(h_i ≤ y) − 1(L_i ≤ y)].
+//
+// Only samples between y and their linear part contribute to its error. The standard errors of the quantiles are
+// those of the mean over ten parts of the samples.
+#pragma once
+
+#include <array>
+
+#include "analysis/play/play_extremes.hpp"
+
+namespace freeplay {
+
+/// Where journals and teeth are.
+enum class PlayPlace { within, rim };
+
+struct PlaySampling {
+  int samples = 0;
+  PlayPlace place = PlayPlace::within;
+};
+
+/// Shares of the quantiles: median, 95 % and, for a normal distribution, three standard deviations.
+inline constexpr std::array<double, 5> play_shares{0.00135, 0.025, 0.5, 0.975, 0.99865};
+
+struct PlayQuantiles {
+  std::array<double, 5> value{}, error{};  ///< at play_shares, and their standard errors
+  int failed = 0;                          ///< samples that did not close; 0 within a region
+};
+
+/// Quantiles of output k; needs extremes.enclose() with success.
+PlayQuantiles play_quantiles(const LooseMechanism& mechanism, PlayExtremes& extremes, int k,
+                             const PlaySampling& sampling);
+
+}  // namespace freeplay
