@@ -155,7 +155,7 @@ Scene slow_slider_crank(const Vec2& load) {
           test::guide("guide", "ground", "slider") + test::surface("s", 0.3) +
           test::motor("motor", "main", 0.5) +
           test::spring("damper", "ground", "slider", {1, 0}, {}, 1e-6, 0.7, "damping = 2.0\n") +
-          test::force("load", "slider", load) + "[run]\nrevolutions = 2\n",
+          test::force("load", "slider", load) + "[run]\nrevolutions = 0.5\n",
       "slow");
 }
 
@@ -166,7 +166,7 @@ TEST_CASE("slow motions stay within the range and follow the loaded poses", "[pl
   const auto slider = [](double crank, double rod) {
     return r * std::cos(crank) + std::sqrt(rod * rod - std::pow(r * std::sin(crank), 2));
   };
-  for (const Vec2& load : {Vec2{0, 0}, Vec2{3, 0}, Vec2{-1, -20}}) {
+  for (const Vec2& load : {Vec2{3, 0}, Vec2{-1, -20}}) {
     const auto scene = slow_slider_crank(load);
     const auto play = find_play(scene, {.quantities = {"slider.x"},
                                         .over = "main",
@@ -182,9 +182,9 @@ TEST_CASE("slow motions stay within the range and follow the loaded poses", "[pl
       for (const auto& row : motion.rows) {
         const double crank = row.q[2], x = row.q[6];
         outside = std::max({outside, slider(crank, l - c) - x, x - slider(crank, l + c)});
-        if (row.t < 3) continue;
+        if (row.t < 2) continue;
         // The deviation of the loaded pose, between its positions.
-        const double place = std::clamp(crank / (4 * std::numbers::pi) * 720, 0.0, 719.999);
+        const double place = std::clamp(crank / std::numbers::pi * 180, 0.0, 179.999);
         const auto i = static_cast<std::size_t>(place);
         const auto deviation = [&](std::size_t k) {
           return play.positions[k].up.values[0] - play.positions[k].ranges[0].ideal;
