@@ -109,6 +109,18 @@ double value_of(const OutputQuantity& quantity, const double* q, const Evaluatio
   return evaluate(quantity, q, e);
 }
 
+std::string OutputQuantity::column() const {
+  if (kind != Kind::distance) return name;
+  std::string text;
+  for (const char c : name) {
+    if (c == '(' || c == ',')
+      text += ':';
+    else if (c != ' ' && c != ')')
+      text += c;
+  }
+  return text;
+}
+
 OutputQuantity output_quantity(const Mechanism& m, const std::string& name) {
   for (const auto& find : {coordinate_named, distance_named, joint_named})
     if (auto found = find(m, trimmed(name))) {

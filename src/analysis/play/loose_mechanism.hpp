@@ -44,6 +44,8 @@ struct OutputQuantity {
   Vec2 axis{1, 0};  ///< of a slide, in the frame of body i
   bool is_angle() const { return kind == Kind::angle; }
   const char* unit() const { return is_angle() ? "rad" : "m"; }
+  /// The name in tables, whose names have no commas: distance:P:Q for distance(P, Q).
+  std::string column() const;
 };
 
 /// The value of a quantity at q; `e`: after System::place().

@@ -185,9 +185,9 @@ Table play_table(const Play& play) {
   if (play.sampled)
     for (const double share : play_shares) parts.push_back(fmt::format("p{:g}", 100 * share));
   for (const auto& quantity : play.quantities) {
-    for (const auto& part : parts) table.column(quantity.name + "." + part);
+    for (const auto& part : parts) table.column(quantity.column() + "." + part);
     if (play.loaded)
-      for (const char* part : {"loaded_up", "loaded_down"}) table.column(quantity.name + "." + part);
+      for (const char* part : {"loaded_up", "loaded_down"}) table.column(quantity.column() + "." + part);
   }
   for (const auto& p : play.positions) {
     std::vector<Table::Cell> row{p.coordinate};
@@ -213,7 +213,7 @@ Table play_parts_table(const Play& play) {
   table.column(play.joint.empty() ? "t" : play.joint);
   const std::vector<double> none(play.components.size(), 0.0);
   for (const auto& quantity : play.quantities)
-    for (const auto& part : by_joint(play, none)) table.column(quantity.name + "." + part.first);
+    for (const auto& part : by_joint(play, none)) table.column(quantity.column() + "." + part.first);
   for (const auto& p : play.positions) {
     std::vector<Table::Cell> row{p.coordinate};
     for (const auto& r : p.ranges)
@@ -255,6 +255,7 @@ nlohmann::json to_json(const Play& play) {
     for (const auto& p : play.positions)
       if (p.refusal.empty()) gap = std::max(gap, p.ranges[k].gap()), settled &= p.ranges[k].settled;
     nlohmann::json one{{"quantity", play.quantities[k].name},
+                       {"column", play.quantities[k].column()},
                        {"unit", play.quantities[k].unit()},
                        {"verdict", sentences[k]},
                        {"greatest_gap", gap},

@@ -89,7 +89,7 @@ struct Play {
 /// cannot reach, and if no position has a range; Interrupted.
 Play find_play(const Scene& scene, const PlayOptions& options);
 
-/// play.csv: the coordinate, then for each quantity Q Q.ideal, Q.least, Q.greatest, Q.bound_least,
+/// play.csv: the coordinate, then for each quantity Q (OutputQuantity::column) Q.ideal, Q.least, Q.greatest, Q.bound_least,
 /// Q.bound_greatest, Q.linear; with samples Q.p0.135, Q.p2.5, Q.p50, Q.p97.5, Q.p99.865 (%); with loads Q.loaded_up
 /// and Q.loaded_down. Cells of refused positions are empty.
 Table play_table(const Play& play);
