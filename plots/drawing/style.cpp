@@ -211,7 +211,7 @@ bool is_there(const std::filesystem::path& file) {
 /// The path of the scene that the results in a folder record; empty if there is none.
 std::filesystem::path recorded_scene(const std::filesystem::path& folder) {
   for (const char* name : {"comparison.json", "run.json", "validation.json", "points.json", "laws.json",
-                           "orbit.json", "continue.json", "lyapunov.json"}) {
+                           "orbit.json", "continue.json", "lyapunov.json", "play.json"}) {
     if (!std::filesystem::exists(folder / name)) continue;
     try {
       return JsonFile(folder / name).text("provenance.scene_file");

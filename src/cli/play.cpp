@@ -19,6 +19,7 @@
 #include "io/scene/quantity.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
+#include "plots/drawing/style.hpp"
 
 namespace freeplay::cli {
 namespace {
@@ -32,6 +33,7 @@ struct PlayCommand : Request {
   std::string place = "within";
   Reach reach = Reach::beside;  ///< permitted files of the scene
   std::string output;           ///< result folder; empty: no files
+  std::string style;            ///< of the figures, preset or file
 };
 
 /// An end of the positions in the unit of the joint.
@@ -164,6 +166,9 @@ void print(const Scene& scene, const Play& play) {
 int play(const PlayCommand& request) {
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
+  if (!request.style.empty()) plots::choose_style(request.style);
+  // Reports an invalid style before the analysis.
+  if (!request.output.empty()) plots::style_of(request.output, request.scene);
   const auto found = located_in(scene, [&] { return find_play(scene, options_of(request, scene)); });
   print(scene, found);
   if (!request.output.empty()) {
@@ -174,7 +179,8 @@ int play(const PlayCommand& request) {
     if (found.loaded) write_file(set.place() / "play_loads.csv", play_loads_table(found).csv());
     write_json(set.place() / "play.json", to_json(found), provenance(scene));
     set.commit();
-    fmt::print("\nresults in {}\n", folder.string());
+    fmt::print("\n");
+    draw_results(folder, Undrawn::is_reported, request.stop);
   }
   return 0;
 }
@@ -213,7 +219,8 @@ void play_verb(Program& program) {
                "also the equilibrium under the loads at each position, without friction");
   options.set(request.overrides);
   options.allow_outside(request.reach);
-  options.output(request.output, "result folder; default: no files");
+  auto output = options.output(request.output, "result folder; default: no files");
+  options.style(request.style).needs(output);
 }
 
 }  // namespace freeplay::cli
