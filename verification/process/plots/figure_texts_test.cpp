@@ -197,6 +197,14 @@ Drawn comparison_in(const std::filesystem::path& folder, const Drawn& single) {
                        single.folder.string())}};
 }
 
+Drawn play_in(const std::filesystem::path& folder) {
+  test::succeeded(
+      fmt::format("play {} --of slider.x --of rod.theta --of 'distance(crank, slider)' --over main "
+                  "--from 0 --to '360 deg' --points 37 -o {}",
+                  test::flores().string(), folder.string()));
+  return {folder, {"figures " + folder.string()}};
+}
+
 /// Results of a sweep, of a paper and of other studies.
 struct Studies {
   test::BallStudy ball{
@@ -285,6 +293,14 @@ TEST_CASE("texts of figures of a run stay apart and on the page in a narrow colu
 TEST_CASE("texts of figures of papers and studies stay apart and on the page in a narrow column",
           "[figures][texts]") {
   Studies().check(narrowest);
+}
+
+TEST_CASE("texts of figures of output play stay apart and on the page at all widths and sizes of journals",
+          "[figures][texts][play]") {
+  test::TemporaryFolder folder;
+  const auto play = play_in(folder.path() / "play");
+  play.check(folder.path(), narrowest);
+  for (const auto& paper : others) play.check(folder.path(), paper);
 }
 
 TEST_CASE("texts of figures stay apart and on the page at all widths and sizes of journals",
