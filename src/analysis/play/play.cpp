@@ -170,6 +170,11 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
       for (std::size_t k = 0; k < play.quantities.size(); ++k)
         at.ranges.push_back(
             range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k], options.sampling));
+    // Near a dead centre the second derivatives may have no bound.
+    if (std::ranges::any_of(at.ranges, [](const auto& r) { return !std::isfinite(r.gap()); })) {
+      at.ranges.clear();
+      at.refusal = no_bound;
+    }
     play.positions.push_back(std::move(at));
   }
   if (std::ranges::none_of(play.positions, [](const auto& p) { return p.refusal.empty(); }))

@@ -143,8 +143,7 @@ const PlayRegion& PlayExtremes::enclose(const Eigen::VectorXd& q, double t) {
     region_.beyond = (1.05 * needed).cwiseMax(region_.beyond);
     if (!region_.beyond.allFinite() || (region_.beyond.array() > 20 * first.array()).all()) break;
   }
-  region_.refusal =
-      "no bound is found: a dead centre lies within or near the clearances, or they are too large for the proof";
+  region_.refusal = no_bound;
   return region_;
 }
 

@@ -37,6 +37,10 @@
 
 namespace freeplay {
 
+/// The refusal of a position at which no bound can be proved.
+inline constexpr const char* no_bound =
+    "no bound is found: a dead centre lies within or near the clearances, or they are too large for the proof";
+
 /// The box of all poses at one position of the drives.
 struct PlayRegion : LooseMechanism::Poses {
   double t = 0;
