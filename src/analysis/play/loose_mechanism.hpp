@@ -17,7 +17,7 @@
 // joint to a unit load at the output.
 //
 // F and y are traced once (numerics/traced.hpp), so the same operations give numbers and enclosures
-// (play_bound.hpp).
+// (play_extremes.hpp).
 #pragma once
 
 #include <Eigen/Core>

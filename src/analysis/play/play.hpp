@@ -7,8 +7,8 @@
 // With journals distributed uniformly on their discs, and other play uniformly between its ends, a joint's
 // part of the variance is |a_k|²/4 or a_k²/3 to first order.
 //
-// Garrett and Hall, J. Eng. Ind. 91 (1969) 677, describe mobility bands of linkages with clearance; Chen, Wang
-// and Lin, Mech. Mach. Theory 69 (2013) 17, the exact range of a family with one loop.
+// Garrett and Hall, J. Eng. Ind. 91 (1969) 198, describe mobility bands of linkages with clearance; Chen, Wang
+// and Lin, Mech. Mach. Theory 64 (2013) 1, the exact range of planar parallel manipulators.
 #pragma once
 
 #include <Eigen/Core>
