@@ -107,6 +107,7 @@ std::vector<Input> scenes() {
        {"check scene.toml", "run scene.toml --formulation penalty -o out",
         "run scene.toml --formulation nonsmooth -o out", "drift scene.toml -o out", "laws scene.toml -o out",
         "compare scene.toml -o out", "advise scene.toml --error 50", "modes scene.toml",
+        "play scene.toml --of slider.x -o out", "play scene.toml --of @word",
         "poincare scene.toml -o out --section @word", "poincare scene.toml -o out --section 'every 0.01 s'"}},
       {"title as it is", {{"scene.toml", test::rig("\"@raw\"")}}, {"check scene.toml"}},
       {"joint", {{"scene.toml", rig + "\n[joints.@toml]\ntype = \"revolute\"\n"}}, {"check scene.toml"}, 2},
