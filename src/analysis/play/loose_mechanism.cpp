@@ -239,6 +239,12 @@ void LooseMechanism::refuse_dependent(const Mechanism& mechanism, const std::vec
       "within their clearances; remove the redundant joint or link");
 }
 
+bool LooseMechanism::differentiable(const std::vector<double>& q, double t) {
+  std::copy(q.begin(), q.end(), x_.begin());
+  x_.back() = t;
+  return point_->evaluate(x_);
+}
+
 bool LooseMechanism::equations(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double t, Equations& f) {
   std::copy(q.begin(), q.end(), x_.begin());
   x_.back() = t;

@@ -89,6 +89,8 @@ class LooseMechanism {
   };
   /// Evaluates F at q; false where it is not differentiable.
   bool equations(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double t, Equations& f);
+  /// Whether the equations and all outputs have derivatives at a pose.
+  bool differentiable(const std::vector<double>& q, double t);
   /// Newton's method for F = 0 from q, to rounding; `f` and `factors` are those of the result. False if it
   /// does not converge.
   bool close(const Eigen::VectorXd& u, double t, Eigen::VectorXd& q, Equations& f, DenseLu& factors);

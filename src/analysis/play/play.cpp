@@ -20,15 +20,17 @@ namespace {
 
 /// Follows the ideal pose q from t to `end` on its branch: false where the mechanism does not close any
 /// further, with t and q at the last position that closes.
-bool follow(LooseMechanism& mechanism, double end, double& t, Eigen::VectorXd& q) {
-  constexpr double longest = 0.1, farthest = 0.2, least = 1e-7;
+bool follow(LooseMechanism& mechanism, bool slides, double end, double& t, Eigen::VectorXd& q) {
+  // Smooth motion needs no step below `closest` times the length or a radian: there is a dead centre or a point at
+  // which branches meet.
+  constexpr double longest = 0.1, farthest = 0.2, closest = 1e-4;
   const Eigen::VectorXd middle = Eigen::VectorXd::Zero(mechanism.size());
   LooseMechanism::Equations f;
   DenseLu factors;
   if (!mechanism.close(middle, t, q, f, factors)) return false;
   Eigen::VectorXd rate(mechanism.n());
   double h = end - t;
-  const double span = std::max(std::abs(h), 1e-3);
+  const double span = std::max(std::abs(h), 1e-3), unit = slides ? mechanism.length() : 1;
   while (t != end) {
     if (constexpr double same = 1e-9; std::abs(end - t) <= same * span)
       return mechanism.close(middle, t = end, q, f, factors);
@@ -37,8 +39,8 @@ bool follow(LooseMechanism& mechanism, double end, double& t, Eigen::VectorXd& q
     for (int c = 0; c < mechanism.n(); ++c)
       if (c % 3 == 2 && std::abs(rate[c] * h) > longest) h = std::copysign(longest / std::abs(rate[c]), h);
     h = std::abs(h) > std::abs(end - t) ? end - t : h;
-    for (;; h /= 2) {
-      if (std::abs(h) < least * span) return false;
+    for (int halvings = 0;; h /= 2, ++halvings) {
+      if (halvings > 0 && std::abs(h) < closest * unit) return false;
       Eigen::VectorXd trial = q - h * rate;
       const Eigen::VectorXd expected = trial;
       LooseMechanism::Equations g;
@@ -139,7 +141,10 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   if (!m.contacts.empty() || !m.groups.empty())
     play.notes.emplace_back("contacts outside joints do not limit the positions");
   const auto fixed = held(m, driven.joint, {});
-  const auto start = assemble(idealised(m), RunOptions::Start::ideal, nullptr, options.stop);
+  // The branch of the assembly is that of a run.
+  using Start = RunOptions::Start;
+  const auto start =
+      assemble(m, scene.run.start == Start::ideal ? Start::ideal : Start::assembled, nullptr, options.stop);
   double t = driven.start;
   LooseMechanism mechanism(fixed, play.quantities, start.q, t);
   if (mechanism.size() == 0)
@@ -147,6 +152,11 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
                      "no joint has clearance; give `clearance` to a revolute, translational, slot, "
                      "gear or rack joint");
   play.components = mechanism.components();
+  for (std::size_t k = 0; k < play.quantities.size(); ++k)
+    if (play.quantities[k].kind == OutputQuantity::Kind::distance && !mechanism.differentiable(start.q, t))
+      throw ModelError("--of", play.quantities[k].name +
+                                   " is 0 at the start, where a distance has no derivative; "
+                                   "give the coordinates of the points");
   PlayExtremes extremes(mechanism);
   Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(start.q.data(), mechanism.n());
   std::vector<Eigen::VectorXd> up(play.quantities.size()), down(play.quantities.size());
@@ -156,7 +166,7 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
     const double place = options.over.empty() ? t
                          : points == 1        ? options.from
                                               : options.from + (options.to - options.from) * i / (points - 1);
-    if (!follow(mechanism, place, t, q))
+    if (!follow(mechanism, play.slides, place, t, q))
       throw ModelError("--over",
                        fmt::format("{} cannot be moved from {:.6g} to {:.6g} {}: the mechanism is at a dead "
                                    "centre or does not close beyond {:.6g} {}",
@@ -303,12 +313,15 @@ std::vector<std::string> verdicts(const Play& play) {
       shares += fmt::format("{}{:.0f} % by {}", i == 0 ? "" : ", ",
                             r.width() > 0 ? 100 * parts[i].second / r.width() : 0, parts[i].first);
     if (parts.size() > shown) shares += fmt::format(", {} others", parts.size() - shown);
+    const bool settled = std::ranges::all_of(
+        play.positions, [&](const auto& p) { return !p.refusal.empty() || p.ranges[k].settled; });
     list.push_back(fmt::format("{} is between {:.4g} and +{:.4g} {} of its ideal value{}: {}", quantity.name,
                                r.least - r.ideal, r.greatest - r.ideal, quantity.unit(),
                                play.joint.empty() ? ""
                                                   : fmt::format(" (widest at {} = {:.4g} {})", play.joint,
                                                                 at->coordinate, joint_unit(play)),
-                               shares));
+                               shares) +
+                   (settled ? "" : "; the search did not converge at all positions, the bounds hold"));
   }
   return list;
 }

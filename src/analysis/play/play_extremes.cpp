@@ -89,12 +89,12 @@ Eigen::MatrixXd PlayExtremes::inverse() const {
   return A;
 }
 
-double PlayExtremes::change_of_width(Eigen::Index k, const Eigen::VectorXd& beyond) const {
-  const Eigen::RowVectorXd along = box_.width_by_q.row(k) * region_.slope,
-                           spread = box_.width_by_q_radius.row(k) * region_.slope.cwiseAbs();
-  double sum = (box_.width_by_q.row(k).cwiseAbs() + box_.width_by_q_radius.row(k)).dot(beyond.transpose());
+double PlayExtremes::spread(const Eigen::RowVectorXd& row, const Eigen::RowVectorXd& radius,
+                            const Eigen::MatrixXd& A, const Eigen::VectorXd& eta) const {
+  const Eigen::RowVectorXd along = row * region_.slope, around = radius * region_.slope.cwiseAbs();
+  double sum = (row * A).cwiseAbs().dot(eta.transpose()) + (radius * A.cwiseAbs()).dot(eta.transpose());
   for (const auto& c : mechanism_.components())
-    sum += along.segment(c.first, c.size()).norm() + spread.segment(c.first, c.size()).norm();
+    sum += along.segment(c.first, c.size()).norm() + around.segment(c.first, c.size()).norm();
   return sum;
 }
 
@@ -102,7 +102,6 @@ const PlayRegion& PlayExtremes::enclose(const Eigen::VectorXd& q, double t) {
   const int n = mechanism_.n(), m = mechanism_.size();
   const auto& components = mechanism_.components();
   const auto count = static_cast<Eigen::Index>(components.size());
-  const Eigen::VectorXd last = region_.beyond;
   region_ = {};
   region_.t = t, region_.q = q;
   if (!mechanism_.close(Eigen::VectorXd::Zero(m), t, region_.q, f_, factors_)) {
@@ -116,22 +115,24 @@ const PlayRegion& PlayExtremes::enclose(const Eigen::VectorXd& q, double t) {
   Eigen::VectorXd first = 4e-16 * (region_.q.cwiseAbs().array() + mechanism_.length()).matrix();
   for (const auto& c : components)
     for (int i = 0; i < n; ++i) first[i] += region_.slope.row(i).segment(c.first, c.size()).norm();
-  region_.beyond = last.size() == n ? Eigen::VectorXd(last.cwiseMin(first)) : Eigen::VectorXd(0.02 * first);
-  constexpr int most = 20;
+  Eigen::VectorXd eta = Eigen::VectorXd::Constant(n, 4e-16 * mechanism_.length()), needed(n);
+  for (const auto& c : components) eta.segment(c.row, c.size()).array() += 0.02 * c.clearance;
+  constexpr int most = 25;
   for (int i = 0; i < most; ++i) {
+    region_.beyond = magnitude_times(A, eta);
     region_.radius = first + region_.beyond;
     if (!mechanism_.enclose(region_, t, box_)) break;
-    const Eigen::MatrixXd contraction =
-        (Eigen::MatrixXd::Identity(n, n) - A * box_.by_q).cwiseAbs() + magnitude_times(A, box_.by_q_radius);
-    Eigen::VectorXd needed = contraction * region_.radius;
+    const Eigen::MatrixXd change = f_.by_q - box_.by_q;
+    for (int row = 0; row < n; ++row)
+      needed[row] = spread(change.row(row), box_.by_q_radius.row(row), A, eta);
     for (Eigen::Index k = 0; k < count; ++k) {
       const auto& c = components[static_cast<std::size_t>(k)];
       if (c.disc) continue;
       region_.width[k] = -f_.by_u(c.row, c.first);
-      region_.width_change[k] = change_of_width(k, region_.beyond);
-      needed += A.col(c.row).cwiseAbs() * region_.width_change[k];
+      region_.width_change[k] = spread(box_.width_by_q.row(k), box_.width_by_q_radius.row(k), A, eta);
+      needed[c.row] += region_.width_change[k];
     }
-    if ((needed.array() <= region_.beyond.array()).all()) {
+    if ((needed.array() <= eta.array()).all()) {
       for (Eigen::Index k = 0; k < count; ++k)
         if (const auto& c = components[static_cast<std::size_t>(k)];
             !c.disc && region_.width_change[k] >= region_.width[k])
@@ -140,8 +141,8 @@ const PlayRegion& PlayExtremes::enclose(const Eigen::VectorXd& q, double t) {
                             "limits them, which is not described";
       return region_;
     }
-    region_.beyond = (1.05 * needed).cwiseMax(region_.beyond);
-    if (!region_.beyond.allFinite() || (region_.beyond.array() > 20 * first.array()).all()) break;
+    eta = (1.05 * needed).cwiseMax(eta);
+    if (!eta.allFinite() || (region_.beyond.array() > 20 * first.array()).all()) break;
   }
   region_.refusal = no_bound;
   return region_;
@@ -373,7 +374,10 @@ void PlayExtremes::search(int k, double sign, PlayExtreme& best) {
   std::minstd_rand random(1);  // the same starts in each search
   std::uniform_real_distribution<double> share(-1, 1);
   constexpr int starts = 6;
-  const double scale = std::max(best.a.lpNorm<1>(), 1e-300);
+  double value = 0;
+  if (!at(k, sign, best.u, best.q, value, best.a)) return;
+  const double scale = best.a.lpNorm<1>() + second_by_u(k, sign, best.u).cwiseAbs().sum();
+  if (!(scale > 0)) return;
   for (int s = 0; s < starts; ++s) {
     PlayExtreme x = best;
     if (s > 0)
@@ -392,7 +396,6 @@ void PlayExtremes::search(int k, double sign, PlayExtreme& best) {
     if (ipopt->Initialize("") != Ipopt::Solve_Succeeded) return;
     ipopt->OptimizeTNLP(problem);
     x.q = region_.q + region_.slope * x.u;
-    double value = 0;
     if (!at(k, sign, x.u, x.q, value, x.a)) continue;
     x.value = value;
     // A better value, or the same one at a place that the search has confirmed.

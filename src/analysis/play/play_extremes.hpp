@@ -1,14 +1,14 @@
 // The least and the greatest value of an output over all positions that clearances permit, at one position of
 // the drives, and bounds that it cannot exceed.
 //
-// Region. Let A = F_q⁻¹ and S = −A F_u at the ideal pose q₀ (u = 0). The box B = {|q − q₀| ≤ r}, r = s + ε with
-// s ≥ |S u| for all u ∈ U, contains exactly one pose of each u ∈ U on this branch of the assembly if (Krawczyk;
-// Neumaier, Interval Methods for Systems of Equations, 1990, ch. 5)
+// Region. Let A = F_q⁻¹ and S = −A F_u at the ideal pose q₀ (u = 0). The set B = {q₀ + S u + A δ: u ∈ U, |δ| ≤ η}
+// contains exactly one pose of each u ∈ U on this branch of the assembly if (Krawczyk; Neumaier, Interval Methods for
+// Systems of Equations, 1990, ch. 5, in coordinates F_q q)
 //
-//     |I − A v_q(B)| r + Σ_k |A_k| |w_k,q(B) (S u ± ε)| ≤ ε     for all u ∈ U,      F = v − u w (loose_mechanism.hpp).
+//     |(F_q − v_q(B)) (S u + A δ)| + Σ_k |w_k,q(B) (S u + A δ)| ≤ η     for all u ∈ U and |δ| ≤ η,
 //
-// No other branch has a pose in B, and det F_q does not vanish in it: there is no dead centre within the
-// clearances. Where this cannot be shown, the position is refused.
+// with F = v − u w (loose_mechanism.hpp). No other branch has a pose in B, and det F_q does not vanish in it: there
+// is no dead centre within the clearances. Where this cannot be shown, the position is refused.
 //
 // Search. h increases most along its gradient a = ∂h/∂u; on U the linear function a·u is greatest at
 // u_k = a_k/|a_k|. Setting u to it repeatedly converges like (clearance/length)ⁿ, unless a joint has next to no
@@ -82,8 +82,9 @@ class PlayExtremes {
   void ascend(int k, double sign, PlayExtreme& x);
   /// The bound of x; sets λ.
   void bound(int k, double sign, PlayExtreme& x);
-  /// Greatest change of the width of component k over the region.
-  double change_of_width(Eigen::Index k, const Eigen::VectorXd& beyond) const;
+  /// Greatest size of (row ± radius)(S u + A δ) over u ∈ U and |δ| ≤ η.
+  double spread(const Eigen::RowVectorXd& row, const Eigen::RowVectorXd& radius, const Eigen::MatrixXd& A,
+                const Eigen::VectorXd& eta) const;
   /// A⁻¹ by the last factors.
   Eigen::MatrixXd inverse() const;
   /// The best of local maxima from several starts; x is the first one.
