@@ -4,9 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "analysis/play/play_allocation.hpp"
 #include "analysis/play/play_loads.hpp"
 #include "cli/command_line.hpp"
 #include "cli/figures.hpp"
@@ -31,9 +36,11 @@ struct PlayCommand : Request {
   bool loads = false;
   int samples = 0;
   std::string place = "within";
-  Reach reach = Reach::beside;  ///< permitted files of the scene
-  std::string output;           ///< result folder; empty: no files
-  std::string style;            ///< of the figures, preset or file
+  Reach reach = Reach::beside;   ///< permitted files of the scene
+  std::optional<double> target;  ///< width of the output that clearances are allocated for
+  std::string costs;             ///< file of their costs
+  std::string output;            ///< result folder; empty: no files
+  std::string style;             ///< of the figures, preset or file
 };
 
 /// An end of the positions in the unit of the joint.
@@ -163,19 +170,82 @@ void print(const Scene& scene, const Play& play) {
   for (const auto& note : play.notes) fmt::print("{}", wrapped("note: " + note + "\n", 2));
 }
 
+/// joint,cost,exponent,least,greatest
+std::vector<ClearanceCost> read_costs(const std::string& file) {
+  const auto fail = [&](long line, const std::string& what) {
+    throw SceneError(fmt::format("{}:{}: {}", file, line, what));
+  };
+  std::ifstream in(file);
+  if (!in) throw SceneError(fmt::format("{}: cannot be read", file));
+  TextRows rows(std::string(std::istreambuf_iterator<char>(in), {}));
+  const std::vector<std::string> header{"joint", "cost", "exponent", "least", "greatest"};
+  if (!rows.next() || rows.fields() != header)
+    fail(1, "the header must be joint,cost,exponent,least,greatest");
+  std::vector<ClearanceCost> costs;
+  while (rows.next()) {
+    const auto& x = rows.fields();
+    if (x.size() != header.size()) fail(rows.number(), "a row has five fields");
+    std::array<double, 4> numbers{};
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const auto number = number_in(x[i + 1]);
+      if (!number || !(*number > 0) || !std::isfinite(*number))
+        fail(rows.number(), header[i + 1] + " must be a positive number");
+      numbers[i] = *number;
+    }
+    if (numbers[2] > numbers[3]) fail(rows.number(), "least must not exceed greatest (m)");
+    costs.push_back({x[0], numbers[0], numbers[1], numbers[2], numbers[3]});
+  }
+  if (costs.empty()) fail(1, "at least one joint is needed");
+  return costs;
+}
+
+Table allocation_table(const Allocation& found) {
+  using Limit = AllocatedClearance::Limit;
+  Table table({"joint", "before", "after", "cost", "limit"});
+  for (const auto& c : found.clearances)
+    table.row(c.joint, c.before, c.after, c.cost,
+              c.limit == Limit::least      ? "least"
+              : c.limit == Limit::greatest ? "greatest"
+                                           : "active");
+  return table;
+}
+
+void print(const Allocation& found, double target, const char* unit) {
+  fmt::print("clearances of least cost for a width of {:.6g} {}\n\n", target, unit);
+  Table table({"joint", "before, m", "after, m", "cost", "limit"});
+  const auto all = allocation_table(found);
+  for (const auto& row : all.rows())
+    table.row(std::get<std::string>(row[0]), fmt::format("{:.6g}", std::get<double>(row[1])),
+              fmt::format("{:.6g}", std::get<double>(row[2])),
+              fmt::format("{:.4g}", std::get<double>(row[3])), std::get<std::string>(row[4]));
+  fmt::print("{}\ncost {:.6g}, with the clearances of the scene {:.6g}\n\n",
+             table.terminal({20, 12, 12, 10, 10}), found.cost, found.cost_before);
+}
+
 int play(const PlayCommand& request) {
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
   if (!request.style.empty()) plots::choose_style(request.style);
   // Reports an invalid style before the analysis.
   if (!request.output.empty()) plots::style_of(request.output, request.scene);
-  const auto found = located_in(scene, [&] { return find_play(scene, options_of(request, scene)); });
+  std::optional<Allocation> allocation;
+  if (request.target) {
+    const auto costs = read_costs(request.costs);
+    allocation = located_in(scene, [&] {
+      return allocate_clearances(scene, options_of(request, scene), *request.target, costs);
+    });
+    print(*allocation, *request.target, allocation->play.quantities.front().unit());
+  }
+  const auto found = allocation
+                         ? allocation->play
+                         : located_in(scene, [&] { return find_play(scene, options_of(request, scene)); });
   print(scene, found);
   if (!request.output.empty()) {
     const auto folder = real_folder(request.output);
     ResultSet set(folder, "play");
     write_file(set.place() / "play.csv", play_table(found).csv());
     write_file(set.place() / "play_parts.csv", play_parts_table(found).csv());
+    if (allocation) write_file(set.place() / "allocation.csv", allocation_table(*allocation).csv());
     if (found.loaded) write_file(set.place() / "play_loads.csv", play_loads_table(found).csv());
     write_json(set.place() / "play.json", to_json(found), provenance(scene));
     set.commit();
@@ -217,6 +287,19 @@ void play_verb(Program& program) {
       .shows_default();
   options.flag("--loads", request.loads,
                "also the equilibrium under the loads at each position, without friction");
+  auto costs = options
+                   .add("--cost", request.costs,
+                        "CSV file joint,cost,exponent,least,greatest: the cost of a joint is "
+                        "cost (scene's clearance/clearance)^exponent, limits in m")
+                   .takes("FILE");
+  auto target = options
+                    .add("--target", request.target,
+                         "width of the output for which the clearances of least cost are "
+                         "computed, in m or rad")
+                    .takes("WIDTH")
+                    .number([](double x) { return x > 0; }, "be positive")
+                    .needs(costs);
+  costs.needs(target);
   options.set(request.overrides);
   options.allow_outside(request.reach);
   auto output = options.output(request.output, "result folder; default: no files");

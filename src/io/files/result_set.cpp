@@ -142,7 +142,7 @@ const std::vector<Members>& all_members() {
         "figures/delivered_restitution*", "figures/friction_laws*"}},
       {"film", {"film.json", "film.csv", "figures/film_coefficients*"}},
       {"modes", {"modes.json", "modes.csv", "equilibrium.csv", "static_forces.csv"}},
-      {"play", {"play.json", "play.csv", "play_parts.csv", "play_loads.csv", "figures/play*"}},
+      {"play", {"play.json", "play.csv", "play_parts.csv", "play_loads.csv", "allocation.csv", "figures/play*"}},
       {"drift", {"drift.json", "drift.csv", "figures/drift*"}},
       {"poincare", {"section.json", "section.csv", "figures/poincare*"}},
       {"sensitivity", {"sensitivity.json", "figures/sensitivity*"}},

@@ -6,6 +6,7 @@
 // action.
 #include "analysis/play/play.hpp"
 
+#include "analysis/play/play_allocation.hpp"
 #include "analysis/play/play_loads.hpp"
 #include "io/scene/points_file.hpp"
 #include "io/scene/read_scene.hpp"
@@ -182,6 +183,70 @@ TEST_CASE("a loaded journal rests where its weight presses it", "[play]") {
   CHECK(lost_motion(play, 0) == 0);
   CHECK(p.up.values[0] >= p.ranges[0].bound_least);
   CHECK(p.up.values[0] <= p.ranges[0].bound_greatest);
+}
+
+TEST_CASE("allocated clearances are those of the closed form", "[play]") {
+  // Both pins of the coupler have the same influence, and the sum of their clearances alone determines the width: it
+  // is 0.2 mm for that of the scene. Costs b_k/c_k are least with c_k in the ratio of √b_k; limits cut them.
+  const auto scene = scene_named("four_bar");
+  const PlayOptions options{
+      .quantities = {"rocker.theta"}, .over = "A", .to = 2 * std::numbers::pi, .points = 37};
+  const double width = range_at(scene, "A", "0", "rocker.theta").width();
+  using Limit = AllocatedClearance::Limit;
+  const auto found =
+      allocate_clearances(scene, options, width, {{"B", 4, 1, 1e-6, 1e-3}, {"C", 1, 1, 1e-6, 1e-3}});
+  CHECK(found.clearances[0].after == Approx(0.4e-3 / 3).epsilon(1e-7));
+  CHECK(found.clearances[1].after == Approx(0.2e-3 / 3).epsilon(1e-7));
+  CHECK(found.cost == Approx(4 * 0.75 + 1.5).epsilon(1e-7));
+  CHECK(found.clearances[0].limit == Limit::none);
+  const auto cut =
+      allocate_clearances(scene, options, width, {{"B", 4, 1, 1e-6, 0.11e-3}, {"C", 1, 1, 1e-6, 1e-3}});
+  CHECK(cut.clearances[0].after == Approx(0.11e-3).epsilon(1e-7));
+  CHECK(cut.clearances[1].after == Approx(0.09e-3).epsilon(1e-7));
+  CHECK(cut.clearances[0].limit == Limit::greatest);
+  CHECK_THROWS_WITH(allocate_clearances(scene, options, 0.1 * width, {{"B", 1, 1, 1e-6, 1e-3}}),
+                    Contains("cannot be met"));
+  CHECK_THROWS_WITH(allocate_clearances(scene, options, width, {{"A", 1, 1, 1e-6, 1e-3}}),
+                    Contains("no joint with"));
+}
+
+TEST_CASE("gears far from the mass centre of their body have a range", "[play]") {
+  // A forearm that backlash b turns by b/(2 r_b): its mass centre, 0.3 m from the wheel's axis, moves on a circle.
+  const std::string text =
+      test::body("pinion", 1, 1) + test::body("arm", 1, 1, "position = [0.36, 0.0]\nangle = 0.0\n") +
+      test::pin("input", "ground", "pinion") + test::pin("axis", "ground", "arm", {0.06, 0}, {-0.3, 0}) +
+      "[joints.mesh]\ntype = \"gear\"\nbetween = [\"pinion\", \"arm\"]\nat = [[0, 0], [-0.3, 0]]\n"
+      "teeth = [20, 40]\nmodule = 2e-3\nphase = 0.0\nbacklash = 1e-4\nsurface = \"s\"\n" +
+      test::surface("s", 0.5) + test::motor("motor", "input", 1) + test::run_for(1);
+  const auto play = find_play(parse_scene(text, "arm"), {.quantities = {"arm.theta", "arm.y"}});
+  const double turn = 0.5e-4 / (0.04 * std::cos(std::numbers::pi / 9));
+  const auto& ranges = play.positions.front().ranges;
+  CHECK(ranges[0].width() == Approx(2 * turn).epsilon(1e-9));
+  CHECK(ranges[1].width() == Approx(2 * 0.3 * std::sin(turn)).epsilon(1e-9));
+  CHECK(ranges[1].gap() < 1e-9);
+}
+
+TEST_CASE("an output at its extreme has the range of second order", "[play]") {
+  // The tip of a vertical arm: backlash lowers it by l (1 − cos φ) and does not raise it.
+  const std::string text =
+      test::body("pinion", 1, 1) + test::body("arm", 1, 1, "position = [0.06, 0.0]\nangle = 0.0\n") +
+      test::pin("input", "ground", "pinion") + test::pin("axis", "ground", "arm", {0.06, 0}) +
+      "[joints.mesh]\ntype = \"gear\"\nbetween = [\"pinion\", \"arm\"]\nat = [[0, 0], [0, 0]]\n"
+      "teeth = [20, 40]\nmodule = 2e-3\nphase = 0.0\nbacklash = 1e-4\nsurface = \"s\"\n" +
+      test::surface("s", 0.5) + test::motor("motor", "input", 1) + test::run_for(1);
+  auto scene = parse_scene(text, "arm");
+  scene.mechanism.bodies[1].points = {{"tip", {0.3, 0}}};
+  const auto play = find_play(scene, {.quantities = {"arm.tip.x"}});
+  const auto& r = play.positions.front().ranges.front();
+  const double turn = 0.5e-4 / (0.04 * std::cos(std::numbers::pi / 9));
+  CHECK(r.ideal - r.least == Approx(0.3 * (1 - std::cos(turn))).epsilon(1e-6));
+  CHECK(r.greatest - r.ideal < 1e-15);
+}
+
+TEST_CASE("a parallelogram is not followed through the position in line", "[play]") {
+  CHECK_THAT(refusal_of(scene_named("parallelogram"),
+                        {.quantities = {"rocker.theta"}, .over = "A", .from = 1, .to = -1, .points = 2}),
+             Contains("cannot be moved"));
 }
 
 TEST_CASE("positions without a range are refused with the reason", "[play]") {
