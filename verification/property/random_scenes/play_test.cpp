@@ -152,8 +152,8 @@ Scene slow_slider_crank(const Vec2& load) {
           test::body("slider", 1, 0.01) + test::pin("main", "ground", "crank") +
           test::pin("big_end", "crank", "rod", {0.05, 0}, {-0.15, 0}) +
           test::pin("gudgeon", "rod", "slider", {0.15, 0}, {}, test::loose(1e-3, 11e-3)) +
-          test::guide("guide", "ground", "slider") + test::surface("s", 0.3) +
-          test::motor("motor", "main", 0.5) +
+          test::guide("guide", "ground", "slider") +
+          test::surface("s", 0.3, "young = 207e9\npoisson = 0.3\n") + test::motor("motor", "main", 0.5) +
           test::spring("damper", "ground", "slider", {1, 0}, {}, 1e-6, 0.7, "damping = 2.0\n") +
           test::force("load", "slider", load) + "[run]\nrevolutions = 0.5\n",
       "slow");
