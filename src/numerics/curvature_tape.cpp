@@ -106,7 +106,7 @@ CurvatureTape<N>::CurvatureTape(const TracedObject& object, const TracedFunction
   partials_.resize(steps_.size());
   int last = -1;
   for (const auto& o : f.outputs) last = std::max(last, o.index);
-  outputs_.assign(static_cast<std::size_t>(last + 1), 0);
+  outputs_.assign(static_cast<std::size_t>(last) + 1, 0);
   for (const auto& o : f.outputs) at(outputs_, o.index) = o.node;
   std::vector<char> needed;
   for (const int output : outputs_) {

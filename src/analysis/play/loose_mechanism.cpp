@@ -299,7 +299,7 @@ bool LooseMechanism::close(const Eigen::VectorXd& u, double t, Eigen::VectorXd& 
 }
 
 double LooseMechanism::output(int k, Eigen::VectorXd& gradient) {
-  const auto index = static_cast<std::size_t>(quantities_ + k);
+  const auto index = static_cast<std::size_t>(quantities_) + static_cast<std::size_t>(k);
   point_->gradient(index, g_);
   gradient = Eigen::Map<const Eigen::VectorXd>(g_.data(), n_);
   return point_->output(index);
@@ -359,7 +359,7 @@ template <class N, class Put>
 void LooseMechanism::each_second(CurvatureTape<N>& tape, int k, double sign, const Eigen::VectorXd& lambda,
                                  const Eigen::VectorXd& u, Put put) {
   std::vector<N> weights(tape.outputs(), N(0)), pair(tape.outputs(), N(0)), second, g(tape.variables());
-  weights[static_cast<std::size_t>(quantities_ + k)] = sign;
+  weights[static_cast<std::size_t>(quantities_) + static_cast<std::size_t>(k)] = sign;
   for (int i = 0; i < n_; ++i) {
     const auto& row = rows_[static_cast<std::size_t>(i)];
     const auto output = static_cast<std::size_t>(row.output);

@@ -58,12 +58,12 @@ OutputQuantity output_quantity(const Mechanism& mechanism, const std::string& na
 
 /// A loose joint or a pair of its opposite contacts.
 struct LooseComponent {
-  std::string joint;      ///< name
-  std::string part = "";  ///< of a slider: rear or front
-  bool disc = false;      ///< a revolute joint, two numbers u; otherwise one
-  int first = 0;          ///< of its entries in u, and of its equations in rows()
-  int row = 0;            ///< first of its equations
-  double clearance = 0;   ///< m: radius of the disc; half of the sum of the gaps at the first pose
+  std::string joint;     ///< name
+  std::string part;      ///< of a slider: rear or front
+  bool disc = false;     ///< a revolute joint, two numbers u; otherwise one
+  int first = 0;         ///< of its entries in u, and of its equations in rows()
+  int row = 0;           ///< first of its equations
+  double clearance = 0;  ///< m: radius of the disc; half of the sum of the gaps at the first pose
   int size() const { return disc ? 2 : 1; }
 };
 

@@ -87,8 +87,8 @@ class PlayExtremes {
                 const Eigen::VectorXd& eta) const;
   /// A⁻¹ by the last factors.
   Eigen::MatrixXd inverse() const;
-  /// The best of local maxima from several starts; x is the first one.
-  void search(int k, double sign, PlayExtreme& x);
+  /// The best of local maxima from several starts; `best` is the first one.
+  void search(int k, double sign, PlayExtreme& best);
   double excess(int k, double sign, const PlayExtreme& x);
   /// ∂²h/∂u² at the last at().
   Eigen::MatrixXd second_by_u(int k, double sign, const Eigen::VectorXd& u);

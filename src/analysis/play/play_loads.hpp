@@ -12,7 +12,7 @@ namespace freeplay {
 /// without equilibrium have the reason.
 void add_loaded(const Mechanism& mechanism, int over, Play& play, const StopToken& stop);
 
-/// Greatest difference of a quantity between both approaches.
-double lost_motion(const Play& play, std::size_t quantity);
+/// Greatest difference of quantity k between both approaches.
+double lost_motion(const Play& play, std::size_t k);
 
 }  // namespace freeplay
