@@ -73,6 +73,9 @@ void end_group(int) {
   kill(-group, SIGKILL);
   while (waitpid(-group, nullptr, 0) > 0 || errno == EINTR) {
   }
+  // The signal comes when the thread ends that started the guard; its process may end a moment later.
+  constexpr timespec moment{0, 1'000'000};
+  for (int i = 0; i < 100 && temporary && getppid() == starter; ++i) nanosleep(&moment, nullptr);
   if (getppid() != starter && temporary) execl("/bin/rm", "rm", "-rf", "--", temporary, nullptr);
   _exit(128 + SIGKILL);
 }
