@@ -178,7 +178,7 @@ LooseMechanism::LooseMechanism(const Mechanism& mechanism, const std::vector<Out
   box_ = std::make_unique<CurvatureTape<Interval>>(object, object.function(0));
   const auto variables = static_cast<std::size_t>(n_) + 1;
   x_.resize(variables), g_.resize(variables), h_.resize(variables);
-  x_box_.resize(variables), g_box_.resize(variables), h_box_.resize(variables);
+  x_box_.resize(variables), g_box_.resize(variables);
   refuse_dependent(mechanism, pose);
 }
 

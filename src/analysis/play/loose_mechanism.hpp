@@ -143,7 +143,7 @@ class LooseMechanism {
   std::unique_ptr<CurvatureTape<double>> point_;
   std::unique_ptr<CurvatureTape<Interval>> box_;
   std::vector<double> x_, g_, h_;
-  std::vector<Interval> x_box_, g_box_, h_box_;
+  std::vector<Interval> x_box_, g_box_;
 };
 
 }  // namespace freeplay

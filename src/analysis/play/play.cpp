@@ -261,6 +261,7 @@ nlohmann::json to_json(const Play& play) {
     all["clearances"].push_back(
         {{"joint", title_of(c)}, {"kind", c.disc ? "disc" : "two-sided"}, {"m", c.clearance}});
   all["refused"] = nlohmann::json::array();
+  all["notes"] = play.notes;
   for (const auto& p : play.positions)
     if (!p.refusal.empty()) all["refused"].push_back({{"at", p.coordinate}, {"reason", p.refusal}});
   const auto sentences = verdicts(play);
