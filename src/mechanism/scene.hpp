@@ -19,6 +19,7 @@
 #include "mechanism/instrument.hpp"
 #include "mechanism/mechanism.hpp"
 #include "mechanism/options.hpp"
+#include "mechanism/tolerance.hpp"
 #include "values/read_file.hpp"
 
 namespace freeplay {
@@ -49,6 +50,8 @@ struct Scene {
   NonsmoothOptions nonsmooth;
   /// the instruments, in the scene's order
   std::vector<Instrument> instruments;
+  /// [tolerances]
+  std::vector<Tolerance> tolerances;
 
   /// Sets any key of docs/reference/scene.md, as `--set KEY=VALUE` does. Throws SceneError, which
   /// names KEY=VALUE; the scene is then unchanged.

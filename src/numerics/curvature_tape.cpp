@@ -146,6 +146,13 @@ CurvatureTape<N>::CurvatureTape(const TracedObject& object, const TracedFunction
 }
 
 template <class N>
+void CurvatureTape<N>::set_constants(std::span<const double> constants) {
+  for (std::size_t i = 0; i < steps_.size(); ++i)
+    if (steps_[i].operation == Operation::constant && steps_[i].a >= 0)
+      value_[i] = constants[static_cast<std::size_t>(steps_[i].a)];
+}
+
+template <class N>
 bool CurvatureTape<N>::decided(const TracedFunction::Guard& guard) const {
   if (guard.b < 0) {
     const auto holds = condition(at(value_, guard.a));

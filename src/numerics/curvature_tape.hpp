@@ -31,6 +31,8 @@ class CurvatureTape {
   CurvatureTape(const TracedObject& object, const TracedFunction& f);
 
   std::size_t variables() const { return variables_; }
+  /// Replaces the constants of the object; entries of tables keep their values.
+  void set_constants(std::span<const double> constants);
   /// Evaluates all operations. False if a guard fails, or a derivative may not exist: a comparison or a
   /// piece of a table is undecided, a root reaches zero.
   bool evaluate(std::span<const N> x);

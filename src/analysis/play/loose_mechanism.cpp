@@ -140,7 +140,8 @@ OutputQuantity output_quantity(const Mechanism& m, const std::string& name) {
 }
 
 LooseMechanism::LooseMechanism(const Mechanism& mechanism, const std::vector<OutputQuantity>& quantities,
-                               const std::vector<double>& pose, double t) {
+                               const std::vector<double>& pose, double t,
+                               const std::vector<VariedNumber>& varied) {
   const System ideal(idealised(mechanism)), loose(mechanism);
   n_ = ideal.n();
   length_ = length_scale(ideal);
@@ -153,7 +154,22 @@ LooseMechanism::LooseMechanism(const Mechanism& mechanism, const std::vector<Out
                                            "prescribed motion for each freedom ({} missing)",
                                            which.empty() ? "all motions" : which, undriven));
   }
-  TracedObject object;
+  quantities_ = static_cast<int>(phi_.size() + contacts_.size());
+  radii_ = quantities_ + static_cast<int>(quantities.size());
+  const auto object = traced(mechanism, quantities, pose, t, varied.empty());
+  point_ = std::make_unique<CurvatureTape<double>>(object, object.function(0));
+  box_ = std::make_unique<CurvatureTape<Interval>>(object, object.function(0));
+  const auto variables = static_cast<std::size_t>(n_) + 1;
+  x_.resize(variables), g_.resize(variables), h_.resize(variables);
+  x_box_.resize(variables), g_box_.resize(variables);
+  refuse_dependent(mechanism, pose);
+  if (!varied.empty()) add_varied(object, varied, quantities, pose, t);
+}
+
+TracedObject LooseMechanism::traced(const Mechanism& mechanism, const std::vector<OutputQuantity>& quantities,
+                                    const std::vector<double>& pose, double t, bool shared) const {
+  const System ideal(idealised(mechanism)), loose(mechanism);
+  auto object = shared ? TracedObject() : TracedObject::unshared();
   {
     Trace trace(object, "loose mechanism");
     std::vector<Traced> q;
@@ -171,15 +187,51 @@ LooseMechanism::LooseMechanism(const Mechanism& mechanism, const std::vector<Out
       loose.contact(k, q.data(), rest.data(), with_play, row);
       trace.output(0, output++, row.gap);
     }
-    quantities_ = output;
     for (const auto& quantity : quantities) trace.output(0, output++, evaluate(quantity, q.data(), e));
+    // The radii of the discs are constants, too.
+    for (const int k : discs_) trace.output(0, output++, Traced(loose.contact_facts(k).clearance));
   }
-  point_ = std::make_unique<CurvatureTape<double>>(object, object.function(0));
-  box_ = std::make_unique<CurvatureTape<Interval>>(object, object.function(0));
-  const auto variables = static_cast<std::size_t>(n_) + 1;
-  x_.resize(variables), g_.resize(variables), h_.resize(variables);
-  x_box_.resize(variables), g_box_.resize(variables);
-  refuse_dependent(mechanism, pose);
+  return object;
+}
+
+void LooseMechanism::add_varied(const TracedObject& stated, const std::vector<VariedNumber>& varied,
+                                const std::vector<OutputQuantity>& quantities,
+                                const std::vector<double>& pose, double t) {
+  constants_ = stated.constants();
+  std::vector<char> alone(constants_.size(), 0);  // whether a constant is an operand, not an entry of a table
+  for (const auto& node : stated.function(0).nodes)
+    if (node.operation == Operation::constant && node.a >= 0) alone[static_cast<std::size_t>(node.a)] = 1;
+  for (std::size_t number = 0; number < varied.size(); ++number) {
+    const auto& x = varied[number];
+    std::vector<std::vector<double>> constants;
+    for (const auto& mechanism : x.mechanisms) {
+      std::vector<OutputQuantity> same;
+      for (const auto& quantity : quantities) same.push_back(output_quantity(mechanism, quantity.name));
+      const auto object = traced(mechanism, same, pose, t, false);
+      if (!object.same_structure(stated))
+        throw ModelError(x.key,
+                         "its tolerance changes the equations of the mechanism, which is not described");
+      constants.push_back(object.constants());
+    }
+    const auto [d1, d2] = x.deviations;
+    for (std::size_t slot = 0; slot < constants_.size(); ++slot) {
+      const double c0 = constants_[slot], c1 = constants[0][slot], c2 = constants[1][slot];
+      if (c0 == c1 && c0 == c2) continue;
+      if (!alone[slot])
+        throw ModelError(x.key, "its tolerance changes a table or curve, which is not described");
+      const double slope = (c1 - c0) / d1, bend = ((c2 - c0) / d2 - slope) / (d2 - d1);
+      varied_.push_back({static_cast<int>(number), slot, slope - d1 * bend, bend});
+    }
+  }
+}
+
+void LooseMechanism::vary(const Eigen::VectorXd& deviations) {
+  auto constants = constants_;
+  for (const auto& c : varied_) {
+    const double d = deviations[c.number];
+    constants[c.slot] += d * (c.first + d * c.second);
+  }
+  point_->set_constants(constants);
 }
 
 void LooseMechanism::list_rows(const Mechanism& mechanism, const System& ideal, const System& loose) {
@@ -202,8 +254,10 @@ void LooseMechanism::list_rows(const Mechanism& mechanism, const System& ideal, 
       for (int k = 0; k < rows; ++k) plain(row + k);
     } else if (ring && contacts == 1 && rows == 2) {
       add("", true, loose.contact_facts(contact).clearance);
+      discs_.push_back(contact);
       for (int k = 0; k < 2; ++k) {
         plain(row + k);
+        rows_.back().radius = static_cast<int>(discs_.size()) - 1;
         rows_.back().component = static_cast<int>(components_.size()) - 1;
         rows_.back().u = components_.back().first + k;
       }
@@ -265,7 +319,7 @@ bool LooseMechanism::equations(const Eigen::VectorXd& q, const Eigen::VectorXd& 
     } else {
       f.F[i] = point_->output(k);
       if (row.u >= 0) {
-        const double c = components_[static_cast<std::size_t>(row.component)].clearance;
+        const double c = point_->output(static_cast<std::size_t>(radii_ + row.radius));
         f.F[i] -= c * u[row.u];
         f.by_u(i, row.u) = -c;
       }

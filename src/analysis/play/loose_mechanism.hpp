@@ -18,10 +18,15 @@
 //
 // F and y are traced once (numerics/traced.hpp), so the same operations give numbers and enclosures
 // (play_extremes.hpp).
+//
+// Lengths, positions of pins and clearances are constants of the trace. Where some of them vary (tolerances), each
+// constant is the quadratic function of the deviation from the stated value through three traces; what several
+// deviations change adds up.
 #pragma once
 
 #include <Eigen/Core>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,12 +72,19 @@ struct LooseComponent {
   int size() const { return disc ? 2 : 1; }
 };
 
+/// A number of the mechanism that varies: the mechanism at two deviations from its stated value.
+struct VariedNumber {
+  std::string key;
+  std::array<double, 2> deviations{};  ///< distinct, not 0
+  std::array<Mechanism, 2> mechanisms = {};
+};
+
 class LooseMechanism {
  public:
   /// `pose`: of the ideal mechanism at time t. Throws ModelError for undriven motions, dependent
-  /// constraints, and joints whose looseness is not described.
+  /// constraints, joints whose looseness is not described, and numbers whose variation changes the equations.
   LooseMechanism(const Mechanism& mechanism, const std::vector<OutputQuantity>& quantities,
-                 const std::vector<double>& pose, double t);
+                 const std::vector<double>& pose, double t, const std::vector<VariedNumber>& varied = {});
 
   int n() const { return n_; }
   /// Number of entries of u.
@@ -80,6 +92,10 @@ class LooseMechanism {
   const std::vector<LooseComponent>& components() const { return components_; }
   /// Length scale (m).
   double length() const { return length_; }
+
+  /// The deviations of the varied numbers in equations(), close() and output(), by default 0; enclosures are
+  /// those of the stated values.
+  void vary(const Eigen::VectorXd& deviations);
 
   /// F and its derivatives at a point.
   struct Equations {
@@ -125,8 +141,20 @@ class LooseMechanism {
     int component = -1;  // −1: an ideal joint or a drive
     bool gaps = false;   // outputs `output` (closed at u = 1) and output + 1
     int u = -1;          // entry of u
+    int radius = -1;     // of a revolute joint, its entry in discs_
+  };
+  /// A constant of the trace as a function of a deviation d, first d + second d², added to its stated value.
+  struct VariedConstant {
+    int number;  // the varied one
+    std::size_t slot;
+    double first, second;
   };
   void list_rows(const Mechanism& mechanism, const System& ideal, const System& loose);
+  /// The constants of the equations and quantities of a mechanism that is traced.
+  TracedObject traced(const Mechanism& mechanism, const std::vector<OutputQuantity>& quantities,
+                      const std::vector<double>& pose, double t, bool shared) const;
+  void add_varied(const TracedObject& stated, const std::vector<VariedNumber>& varied,
+                  const std::vector<OutputQuantity>& quantities, const std::vector<double>& pose, double t);
   void refuse_dependent(const Mechanism& mechanism, const std::vector<double>& pose);
   /// Calls put(i, c, ∂²) with the second derivatives of sign · y_k − λᵀF at u.
   template <class N, class Put>
@@ -139,7 +167,11 @@ class LooseMechanism {
   std::vector<LooseComponent> components_;
   std::vector<int> phi_;       // ideal rows that are outputs of the tape
   std::vector<int> contacts_;  // contacts whose gaps are
+  std::vector<int> discs_;     // contacts whose radii are
   int quantities_ = 0;         // first of their outputs
+  int radii_ = 0;              // likewise
+  std::vector<VariedConstant> varied_;
+  std::vector<double> constants_;  // as stated; empty if none varies
   std::unique_ptr<CurvatureTape<double>> point_;
   std::unique_ptr<CurvatureTape<Interval>> box_;
   std::vector<double> x_, g_, h_;

@@ -12,6 +12,7 @@
 #include "analysis/play/play_extremes.hpp"
 #include "analysis/play/play_loads.hpp"
 #include "dynamics/assembly/assembly.hpp"
+#include "io/scene/scene_text.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 
@@ -57,6 +58,22 @@ bool follow(LooseMechanism& mechanism, bool slides, double end, double& t, Eigen
   return true;
 }
 
+/// The numbers with tolerances, each at two deviations: at the limits, or at half of the other one where a limit is
+/// the stated value.
+std::vector<VariedNumber> varied_numbers(const Scene& scene, int over) {
+  std::vector<VariedNumber> list;
+  for (const auto& tolerance : scene.tolerances) {
+    const Parameter number(scene, tolerance.key);
+    const double low = tolerance.least(), high = tolerance.upper;
+    auto& x = list.emplace_back();
+    x.key = tolerance.key;
+    x.deviations = {low != 0 ? low : high / 2, high != 0 ? high : low / 2};
+    for (std::size_t i = 0; i < x.deviations.size(); ++i)
+      x.mechanisms[i] = held(number.at(number.value() + x.deviations[i]).mechanism, over, {});
+  }
+  return list;
+}
+
 /// The parts of the components in both deviations.
 std::vector<double> parts_of(const LooseMechanism& mechanism, const Eigen::VectorXd& ideal,
                              const PlayExtreme& most, const PlayExtreme& least, double width) {
@@ -76,24 +93,18 @@ std::vector<double> parts_of(const LooseMechanism& mechanism, const Eigen::Vecto
 PlayRange range_of(LooseMechanism& mechanism, PlayExtremes& extremes, int k, Eigen::VectorXd& up,
                    Eigen::VectorXd& down, const PlaySampling& sampling) {
   PlayRange range;
-  Eigen::VectorXd a;
-  range.ideal = extremes.ideal(k, a);
-  double variance = 0;
-  for (const auto& c : mechanism.components()) {
-    const double size = a.segment(c.first, c.size()).norm();
-    range.linear += size;
-    range.variance.push_back(size * size / (c.disc ? 4 : 3));
-    variance += range.variance.back();
-  }
-  for (auto& part : range.variance) part /= variance > 0 ? variance : 1;
+  const auto output = linear_output(mechanism, extremes, k, sampling.tolerances);
+  range.ideal = output.value;
+  for (const auto& c : mechanism.components()) range.linear += output.a.segment(c.first, c.size()).norm();
+  range.variance = variance_shares(mechanism, sampling, output);
   const auto most = extremes.greatest(k, 1, up), least = extremes.greatest(k, -1, down);
   up = most.u, down = least.u;
   range.greatest = most.value, range.bound_greatest = most.bound;
   range.least = -least.value, range.bound_least = -least.bound;
   range.settled = most.settled && least.settled;
   range.at_greatest = most.q, range.at_least = least.q;
-  range.parts = parts_of(mechanism, a, most, least, range.width());
-  if (sampling.samples > 0) range.quantiles = play_quantiles(mechanism, extremes, k, sampling);
+  range.parts = parts_of(mechanism, output.a, most, least, range.width());
+  if (sampling.samples > 0) range.quantiles = play_quantiles(mechanism, extremes, k, sampling, output);
   return range;
 }
 
@@ -109,14 +120,17 @@ const PlayPosition* widest(const Play& play, std::size_t k) {
   return found;
 }
 
-/// Parts by joint, in the order of the components.
+/// Parts by joint, in the order of the components, and by tolerance.
 std::vector<std::pair<std::string, double>> by_joint(const Play& play, const std::vector<double>& parts) {
   std::vector<std::pair<std::string, double>> list;
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    if (!list.empty() && list.back().first == play.components[k].joint)
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const auto joints = play.components.size();
+    const auto& name = k < joints ? play.components[k].joint : play.tolerances[k - joints].key;
+    if (!list.empty() && list.back().first == name)
       list.back().second += parts[k];
     else
-      list.emplace_back(play.components[k].joint, parts[k]);
+      list.emplace_back(name, parts[k]);
+  }
   return list;
 }
 
@@ -146,7 +160,15 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   const auto start =
       assemble(m, scene.run.start == Start::ideal ? Start::ideal : Start::assembled, nullptr, options.stop);
   double t = driven.start;
-  LooseMechanism mechanism(fixed, play.quantities, start.q, t);
+  auto sampling = options.sampling;
+  std::vector<VariedNumber> varied;
+  if (play.sampled) {
+    play.tolerances = sampling.tolerances = scene.tolerances;
+    varied = varied_numbers(scene, driven.joint);
+  } else if (!scene.tolerances.empty()) {
+    play.notes.emplace_back("tolerances have an effect on quantiles only; give --samples");
+  }
+  LooseMechanism mechanism(fixed, play.quantities, start.q, t, varied);
   if (mechanism.size() == 0)
     throw ModelError("joints",
                      "no joint has clearance; give `clearance` to a revolute, translational, slot, "
@@ -178,8 +200,7 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
     at.pose = region.q;
     if (at.refusal.empty())
       for (std::size_t k = 0; k < play.quantities.size(); ++k)
-        at.ranges.push_back(
-            range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k], options.sampling));
+        at.ranges.push_back(range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k], sampling));
     // Near a dead centre the second derivatives may have no bound.
     if (std::ranges::any_of(at.ranges, [](const auto& r) { return !std::isfinite(r.gap()); })) {
       at.ranges.clear();
@@ -260,6 +281,11 @@ nlohmann::json to_json(const Play& play) {
   for (const auto& c : play.components)
     all["clearances"].push_back(
         {{"joint", title_of(c)}, {"kind", c.disc ? "disc" : "two-sided"}, {"m", c.clearance}});
+  for (const auto& x : play.tolerances)
+    all["tolerances"].push_back({{"key", x.key},
+                                 {"lower", x.least()},
+                                 {"upper", x.upper},
+                                 {"distribution", text_of(x.distribution)}});
   all["refused"] = nlohmann::json::array();
   all["notes"] = play.notes;
   for (const auto& p : play.positions)

@@ -39,8 +39,9 @@ struct PlayOptions {
 struct PlayRange {
   double ideal = 0, linear = 0;  ///< value without clearances; Σ |a_k|
   double least = 0, greatest = 0, bound_least = 0, bound_greatest = 0;
-  std::vector<double> parts;              ///< of the components in greatest − least
-  std::vector<double> variance;           ///< of the components in the variance to first order; they sum to 1
+  std::vector<double> parts;  ///< of the components in greatest − least
+  /// of the components and the tolerances in the variance to first order; they sum to 1
+  std::vector<double> variance;
   Eigen::VectorXd at_least, at_greatest;  ///< poses q
   bool settled = true;                    ///< whether both searches converged
   std::optional<PlayQuantiles> quantiles;
@@ -76,6 +77,7 @@ struct Play {
   std::string joint;    ///< the driven joint; "" if there is none
   bool slides = false;  ///< whether its coordinate is a position (m), not an angle (rad)
   std::vector<LooseComponent> components;
+  std::vector<Tolerance> tolerances;  ///< that the quantiles contain
   std::vector<OutputQuantity> quantities;
   std::vector<PlayPosition> positions;
   std::vector<std::string> notes;           ///< what is not considered

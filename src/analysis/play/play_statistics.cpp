@@ -8,12 +8,15 @@
 namespace freeplay {
 namespace {
 
-/// Draws u. The same numbers at every position, so that curves over the positions are smooth.
+/// Draws u and d. The same numbers at every position, so that curves over the positions are smooth.
 class Draw {
  public:
-  Draw(const LooseMechanism& mechanism, PlayPlace place, unsigned seed)
-      : mechanism_(mechanism), place_(place), random_(seed) {}
-  void operator()(Eigen::VectorXd& u) {
+  Draw(const LooseMechanism& mechanism, const PlaySampling& sampling, unsigned seed)
+      : mechanism_(mechanism), place_(sampling.place), tolerances_(sampling.tolerances), random_(seed) {}
+  void operator()(Eigen::VectorXd& u, Eigen::VectorXd& d) {
+    d.resize(static_cast<Eigen::Index>(tolerances_.size()));
+    for (std::size_t i = 0; i < tolerances_.size(); ++i)
+      d[static_cast<Eigen::Index>(i)] = deviation(tolerances_[i]);
     u.resize(mechanism_.size());
     for (const auto& c : mechanism_.components()) {
       if (!c.disc) {
@@ -28,10 +31,22 @@ class Draw {
   }
 
  private:
+  double deviation(const Tolerance& tolerance) {
+    if (tolerance.distribution == Tolerance::Distribution::uniform)
+      return tolerance.middle() + tolerance.half() * (2 * share_(random_) - 1);
+    const bool cut = tolerance.distribution == Tolerance::Distribution::truncated;
+    double x = 0;
+    do x = normal_(random_) / tolerance.sigmas;
+    while (cut && std::abs(x) > 1);
+    return tolerance.middle() + tolerance.half() * x;
+  }
+
   const LooseMechanism& mechanism_;
   PlayPlace place_;
+  const std::vector<Tolerance>& tolerances_;
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> share_{0, 1};
+  std::normal_distribution<double> normal_;
 };
 
 /// Share of a sorted list that is at most y.
@@ -55,31 +70,73 @@ double quantile(const std::vector<double>& many, const std::vector<double>& exac
 
 }  // namespace
 
-PlayQuantiles play_quantiles(const LooseMechanism& mechanism, PlayExtremes& extremes, int k,
-                             const PlaySampling& sampling) {
+LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, int k,
+                           const std::vector<Tolerance>& tolerances) {
+  LinearOutput output;
+  output.value = extremes.ideal(k, output.a);
+  const auto count = static_cast<Eigen::Index>(tolerances.size());
+  Eigen::VectorXd d = output.b = Eigen::VectorXd::Zero(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto& tolerance = tolerances[static_cast<std::size_t>(i)];
+    const auto at = [&](double deviation) {
+      d[i] = deviation;
+      mechanism.vary(d);
+      return extremes.value(k, Eigen::VectorXd::Zero(mechanism.size()));
+    };
+    const auto low = at(tolerance.least()), high = at(tolerance.upper);
+    d[i] = 0;
+    if (low && high) output.b[i] = (*high - *low) / (2 * tolerance.half());
+  }
+  if (count > 0) mechanism.vary(d);
+  return output;
+}
+
+std::vector<double> variance_shares(const LooseMechanism& mechanism, const PlaySampling& sampling,
+                                    const LinearOutput& output) {
+  std::vector<double> shares;
+  const double rim = sampling.place == PlayPlace::rim ? 1 : 0;
+  for (const auto& c : mechanism.components())
+    shares.push_back(output.a.segment(c.first, c.size()).squaredNorm() /
+                     (c.disc ? 4 - 2 * rim : 3 - 2 * rim));
+  for (std::size_t i = 0; i < sampling.tolerances.size(); ++i) {
+    const auto& tolerance = sampling.tolerances[i];
+    const double change = output.b[static_cast<Eigen::Index>(i)] * tolerance.half();
+    shares.push_back(change * change * tolerance.variance());
+  }
+  double sum = 0;
+  for (const double share : shares) sum += share;
+  for (auto& share : shares) share /= sum > 0 ? sum : 1;
+  return shares;
+}
+
+PlayQuantiles play_quantiles(LooseMechanism& mechanism, PlayExtremes& extremes, int k,
+                             const PlaySampling& sampling, const LinearOutput& output) {
   constexpr int cheap = 20;  // linear samples for each exact one
   constexpr std::size_t parts = 10;
-  Eigen::VectorXd a, u;
-  const double ideal = extremes.ideal(k, a);
+  const bool varies = !sampling.tolerances.empty();
+  Eigen::VectorXd u, d;
+  const auto linear_part = [&] { return output.value + output.a.dot(u) + output.b.dot(d); };
   PlayQuantiles found;
   std::vector<double> many, exact, linear;
-  Draw draw(mechanism, sampling.place, 1);
+  Draw draw(mechanism, sampling, 1);
   for (int i = 0; i < cheap * sampling.samples; ++i) {
-    draw(u);
-    many.push_back(ideal + a.dot(u));
+    draw(u, d);
+    many.push_back(linear_part());
   }
   std::ranges::sort(many);
-  Draw other(mechanism, sampling.place, 2);
+  Draw other(mechanism, sampling, 2);
   for (int i = 0; i < sampling.samples; ++i) {
-    other(u);
+    other(u, d);
+    if (varies) mechanism.vary(d);
     const auto value = extremes.value(k, u);
     if (!value) {
       ++found.failed;
       continue;
     }
     exact.push_back(*value);
-    linear.push_back(ideal + a.dot(u));
+    linear.push_back(linear_part());
   }
+  if (varies) mechanism.vary(Eigen::VectorXd::Zero(output.b.size()));
   const auto of = [&](std::size_t from, std::size_t to, const std::vector<double>& cheap_ones) {
     std::vector<double> x(exact.begin() + static_cast<std::ptrdiff_t>(from),
                           exact.begin() + static_cast<std::ptrdiff_t>(to)),
@@ -97,10 +154,10 @@ PlayQuantiles play_quantiles(const LooseMechanism& mechanism, PlayExtremes& extr
   std::array<double, play_shares.size()> sum{}, square{};
   for (std::size_t p = 0; p < parts; ++p) {
     std::vector<double> tenth;
-    Draw again(mechanism, sampling.place, static_cast<unsigned>(3 + p));
+    Draw again(mechanism, sampling, static_cast<unsigned>(3 + p));
     for (std::size_t i = 0; i < many.size() / parts; ++i) {
-      again(u);
-      tenth.push_back(ideal + a.dot(u));
+      again(u, d);
+      tenth.push_back(linear_part());
     }
     std::ranges::sort(tenth);
     const auto values = of(exact.size() * p / parts, exact.size() * (p + 1) / parts, tenth);

@@ -1,10 +1,10 @@
 // Output play as a distribution: quantiles of an output when each journal and each tooth takes a random place within
 // its clearance, independent of the others: uniform on the disc (or its rim), uniform between two opposite contacts
-// (or at one of them).
+// (or at one of them); and each number with a tolerance (mechanism/tolerance.hpp) takes a random deviation d.
 //
-// The output h(u) of N samples is computed exactly, by closure. Its linear part L(u) = h(0) + a·u, evaluated for many
-// more samples, serves as a control variate of the distribution function (Lavenberg and Welch, Management Science 27
-// (1981) 322):
+// The output h(u, d) of N samples is computed exactly, by closure. Its linear part L = h(0, 0) + a·u + b·d,
+// evaluated for many more samples, serves as a control variate of the distribution function (Lavenberg and Welch,
+// Management Science 27 (1981) 322):
 //
 //     F(y) ≈ P(L ≤ y) + (1/N) Σ [1(h_i ≤ y) − 1(L_i ≤ y)].
 //
@@ -12,9 +12,13 @@
 // those of the mean over ten parts of the samples.
 #pragma once
 
+#include <Eigen/Core>
+
 #include <array>
+#include <vector>
 
 #include "analysis/play/play_extremes.hpp"
+#include "mechanism/tolerance.hpp"
 
 namespace freeplay {
 
@@ -24,6 +28,7 @@ enum class PlayPlace { within, rim };
 struct PlaySampling {
   int samples = 0;
   PlayPlace place = PlayPlace::within;
+  std::vector<Tolerance> tolerances = {};  ///< of the varied numbers of the mechanism, in their order
 };
 
 /// Shares of the quantiles: median, 95 % and, for a normal distribution, three standard deviations.
@@ -34,8 +39,22 @@ struct PlayQuantiles {
   int failed = 0;                          ///< samples that did not close; 0 within a region
 };
 
+/// An output to first order, value + a·u + b·d.
+struct LinearOutput {
+  double value = 0;
+  Eigen::VectorXd a, b;
+};
+/// Output k; b follows from its values at the limits of each tolerance. Needs extremes.enclose() with success.
+LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, int k,
+                           const std::vector<Tolerance>& tolerances);
+
+/// The contributions of the components, then of the tolerances, to the variance of an output to first order. They
+/// sum to 1.
+std::vector<double> variance_shares(const LooseMechanism& mechanism, const PlaySampling& sampling,
+                                    const LinearOutput& output);
+
 /// Quantiles of output k; needs extremes.enclose() with success.
-PlayQuantiles play_quantiles(const LooseMechanism& mechanism, PlayExtremes& extremes, int k,
-                             const PlaySampling& sampling);
+PlayQuantiles play_quantiles(LooseMechanism& mechanism, PlayExtremes& extremes, int k,
+                             const PlaySampling& sampling, const LinearOutput& output);
 
 }  // namespace freeplay

@@ -41,7 +41,7 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
       if (x) need(key, *x, range);
     } else if constexpr (std::is_same_v<X, Vec2>) {
       numbers(key, {x.x(), x.y()});
-    } else if constexpr (!std::is_same_v<X, bool>) {
+    } else if constexpr (std::is_arithmetic_v<X> && !std::is_same_v<X, bool>) {
       numbers(key, {static_cast<double>(x)}, range);
     }
   }

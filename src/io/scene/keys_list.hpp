@@ -23,6 +23,7 @@
 #include "mechanism/keys.hpp"
 #include "mechanism/options.hpp"
 #include "mechanism/surface.hpp"
+#include "mechanism/tolerance.hpp"
 #include "values/vec2.hpp"
 
 namespace freeplay {
@@ -80,6 +81,8 @@ class KeysList {
     add(key, "number or text", fmt::format("\"{}\"", word));
   }
   void flag(const Key& key, bool& x) { take(key, x); }
+  void deviation(const Key& key, double& x, const std::string&) { need(key, x); }
+  void deviation(const Key& key, std::optional<double>& x, const std::string&) { take(key, x); }
   void choose_other(const Key& key, auto& x) { choose(key, x); }
   void choose_listed(const Key& key, auto& x) { add(key, "text", fmt::format("\"{}\"", text_of(x))); }
   void choose_some(const Key& key, auto&, const auto&) { add(key, "text", "–"); }

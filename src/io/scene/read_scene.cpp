@@ -94,6 +94,10 @@ Scene SceneText::read() const {
   });
   for (auto& [key, s] : root.children("instruments"))
     scene.instruments.push_back(read_instrument(scene.mechanism, scene.run.duration, key, s));
+  for (auto& [key, s] : root.children("tolerances")) {
+    scene.tolerances.emplace_back().name = key;
+    read_keys(s, scene.mechanism, scene.tolerances.back());
+  }
   root.done("a scene");
   try {
     check_elements_together(scene);

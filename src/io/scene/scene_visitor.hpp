@@ -51,6 +51,7 @@ class SceneVisitor {
   const G* group(std::string_view, const std::optional<G>& x) const {
     return x ? &*x : nullptr;
   }
+  void deviation(const Key& key, const auto& x, const std::string&) { self().need(key, x); }
   bool when(bool holds) const { return holds; }
   bool when(bool holds, std::initializer_list<std::string_view>, const char*) const { return holds; }
   /// A key that no choice in force reads is omitted.
@@ -157,6 +158,7 @@ void each_section(Visitor& v, const Scene& scene) {
     v.choose({"type", "", ""}, i.kind);
     with_kind(i.kind, [&](auto kind) { kind.keys(v, i); });
   }
+  facts("tolerances", scene.tolerances);
 }
 
 }  // namespace freeplay

@@ -106,6 +106,7 @@ const Schema& scene_schema() {
       with_kind(choice.value, [&](auto kind) { kind.keys(list, instrument); });
     }
     list.close();
+    list.facts<Tolerance>("tolerances.*", "a tolerance");
     return list.schema("");
   }();
   return schema;
@@ -114,7 +115,14 @@ const Schema& scene_schema() {
 std::string_view unit_of(const std::string& name) {
   const auto key = name.substr(0, name.find('['));
   const auto first = key.find('.'), last = key.rfind('.');
-  const auto* row = scene_schema().find(first == last ? key : key.substr(0, first) + ".*" + key.substr(last));
+  const auto row_of = [&](std::string_view property) {
+    return scene_schema().find(first == last ? key : fmt::format("{}.*{}", key.substr(0, first), property));
+  };
+  const auto* row = row_of(std::string_view(key).substr(std::min(last, key.size())));
+  // An entry of a table, such as a named point.
+  if (const auto above = last == key.npos || last == 0 ? key.npos : key.rfind('.', last - 1);
+      !row && above != key.npos && above > first)
+    row = row_of(std::string_view(key).substr(above, last - above));
   const std::string_view unit = row ? std::string_view(row->unit) : "";
   const auto comma = unit.find(", ");  // of the columns of a list of points
   if (key == name || comma == unit.npos) return unit;

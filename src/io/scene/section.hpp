@@ -228,6 +228,14 @@ class SectionReader {
       need(key, x, range...);
   }
   void flag(const Key& key, bool& x) { take(key, x); }
+  /// A number in the unit of another key of the document.
+  void deviation(const Key& key, auto& x, const std::string& other) {
+    const Key own{key.name, unit_of(other), key.meaning};
+    if constexpr (requires { x.emplace(); })
+      take(own, x);
+    else
+      need(own, x);
+  }
   /// A list of names.
   void names(const Key& key, std::vector<std::string>& x) {
     if (s_.has(key.name)) x = s_.names(key.name);

@@ -127,6 +127,7 @@ class KeysWriter : public SceneVisitor<KeysWriter> {
  private:
   void put(std::string_view key, double x) { raw(key, toml_number(x)); }
   void put(std::string_view key, const Vec2& x) { raw(key, shown(x)); }
+  void put(std::string_view key, const std::string& x) { text(key, x); }
   void put(std::string_view key, bool x) { raw(key, x ? "true" : "false"); }
   template <class Whole>
   requires std::is_integral_v<Whole>
