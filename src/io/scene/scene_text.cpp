@@ -292,7 +292,16 @@ Parameter::Parameter(const Scene& scene, std::string path) : path_(std::move(pat
            find_in(SceneText(scene.text, scene.file.string(), scene.overrides, scene.outside)) &&
            same_facts(at(value_), scene);
   };
-  if (!find_in(text_) && !find_in(canonical) && !is_in_original())
+  // A number that the canonical text does not have, as the coordinate of a named point.
+  const auto is_with_unit = [&] {
+    const auto* node = text_.find(Path::of(path_));
+    const auto stated = node ? node->value_exact<std::string>() : std::nullopt;
+    if (!stated || !begins_with_number(*stated)) return false;
+    const auto quantity = read_quantity(*stated, unit_of(path_));
+    value_ = quantity.value, greatest_ = std::abs(value_);
+    return quantity.wrong.empty();
+  };
+  if (!find_in(text_) && !find_in(canonical) && !is_in_original() && !is_with_unit())
     throw ModelError(path_, !known    ? "has no value in this scene; state it there, or correct the name"
                             : in_list ? "is not one number of a list; add indices such as [0] or [1][0]"
                                       : "is not one number; name a key with a number");

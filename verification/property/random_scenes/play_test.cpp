@@ -146,7 +146,7 @@ void compare(int samples) {
 
 /// A slider-crank with a loose gudgeon under its weight that turns at 0.5 rad/s; a damper makes the journal settle.
 /// `load`: a force on the slider.
-Scene slow_slider_crank(const Vec2& load) {
+Scene slow_slider_crank(const Vec2& load, double turns) {
   return parse_scene(
       "gravity = [0.0, -9.81]\n" + test::body("crank", 1, 0.01) + test::body("rod", 1, 0.01) +
           test::body("slider", 1, 0.01) + test::pin("main", "ground", "crank") +
@@ -155,19 +155,18 @@ Scene slow_slider_crank(const Vec2& load) {
           test::guide("guide", "ground", "slider") +
           test::surface("s", 0.3, "young = 207e9\npoisson = 0.3\n") + test::motor("motor", "main", 0.5) +
           test::spring("damper", "ground", "slider", {1, 0}, {}, 1e-6, 0.7, "damping = 2.0\n") +
-          test::force("load", "slider", load) + "[run]\nrevolutions = 0.25\n",
+          test::force("load", "slider", load) + fmt::format("[run]\nrevolutions = {}\n", turns),
       "slow");
 }
 
-}  // namespace
-
-TEST_CASE("slow motions stay within the range and follow the loaded poses", "[play]") {
+/// Runs over `turns` stay within the range, and follow the loaded poses.
+void follow_loads(const std::vector<Vec2>& loads, double turns) {
   constexpr double r = 0.05, l = 0.3, c = 1e-3;
   const auto slider = [](double crank, double rod) {
     return r * std::cos(crank) + std::sqrt(rod * rod - std::pow(r * std::sin(crank), 2));
   };
-  for (const Vec2& load : {Vec2{3, -20}}) {
-    const auto scene = slow_slider_crank(load);
+  for (const Vec2& load : loads) {
+    const auto scene = slow_slider_crank(load, turns);
     const auto play = find_play(scene, {.quantities = {"slider.x"},
                                         .over = "main",
                                         .to = 4 * std::numbers::pi,
@@ -184,7 +183,7 @@ TEST_CASE("slow motions stay within the range and follow the loaded poses", "[pl
         outside = std::max({outside, slider(crank, l - c) - x, x - slider(crank, l + c)});
         if (row.t < 1.5) continue;
         // The deviation of the loaded pose, between its positions.
-        const double place = std::clamp(crank / std::numbers::pi * 90, 0.0, 44.999);
+        const double place = std::clamp(crank / std::numbers::pi * 180, 0.0, 719.999);
         const auto i = static_cast<std::size_t>(place);
         const auto deviation = [&](std::size_t k) {
           return play.positions[k].up.values[0] - play.positions[k].ranges[0].ideal;
@@ -200,6 +199,16 @@ TEST_CASE("slow motions stay within the range and follow the loaded poses", "[pl
       CHECK(beside.back() < 0.2 * c);
     }
   }
+}
+
+}  // namespace
+
+TEST_CASE("slow motions stay within the range and follow the loaded poses", "[play]") {
+  follow_loads({{3, -20}}, 0.25);
+}
+
+TEST_CASE("slow motions over two turns stay within the range under several loads", "[play][long]") {
+  follow_loads({{3, -20}, {-3, -20}, {0, -60}}, 2);
 }
 
 TEST_CASE("no sample of joint states leaves the bounds of random linkages", "[play]") { compare(5000); }

@@ -165,6 +165,107 @@ TEST_CASE("quantiles of one loose pin are those of a point on a disc or a circle
   }
 }
 
+namespace {
+
+/// The slider-crank with a tolerance and the gudgeon's clearance, in m.
+Scene toleranced(const std::string& key, const std::string& more, double clearance) {
+  std::vector<std::string> set{fmt::format("tolerances.part.key=\"{}\"", key),
+                               fmt::format("joints.gudgeon.clearance={}", clearance)};
+  for (const auto& one : divided(more)) set.push_back("tolerances.part." + one);
+  return read_scene(test::source_folder() / "verification/scenes/play/slider_crank.toml", set);
+}
+
+PlayRange sampled(const Scene& scene, PlayPlace place = PlayPlace::within) {
+  PlayOptions options{.quantities = {"slider.x"}, .over = "main", .points = 1};
+  options.sampling = {4000, place};
+  return find_play(scene, options).positions.front().ranges.front();
+}
+
+/// Checks quantiles against the distribution function of (y − ideal)/unit.
+void check_law(const PlayRange& range, double unit, const std::function<double(double)>& law) {
+  REQUIRE(range.quantiles);
+  CHECK(range.quantiles->failed == 0);
+  for (std::size_t s = 0; s < play_shares.size(); ++s) {
+    const double x = (range.quantiles->value[s] - range.ideal) / unit, share = play_shares[s];
+    CAPTURE(share, x);
+    // Four standard errors of the share, from 80,000 linear samples, and the second order.
+    CHECK(std::abs(law(x) - share) <= 4 * std::sqrt(share * (1 - share) / 80000) + 2e-3);
+  }
+}
+
+double normal_law(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+}  // namespace
+
+TEST_CASE("a tolerance of a length has its distribution in the output", "[play]") {
+  // With the crank at 0 the slider moves by the deviation of the rod's length. The clearance is negligible.
+  const std::string rod = "joints.gudgeon.at[0][0]";
+  const double half = 2e-5, c = 1e-10;
+  check_law(sampled(toleranced(rod, "upper=\"0.02 mm\"", c)), half, [](double x) { return 0.5 + 0.5 * x; });
+  check_law(sampled(toleranced(rod, "upper=\"0.02 mm\";distribution=\"normal\"", c)), half / 3, normal_law);
+  check_law(sampled(toleranced(rod, "upper=2e-5;distribution=\"truncated\";sigmas=1", c)), half,
+            [](double x) { return (normal_law(x) - normal_law(-1)) / (1 - 2 * normal_law(-1)); });
+  // +0.03 mm, −0.01 mm: about 0.01 mm
+  check_law(sampled(toleranced(rod, "upper=3e-5;lower=-1e-5", c)), half,
+            [](double x) { return 0.25 + 0.5 * x; });
+  // Limits on one side of the stated value
+  check_law(sampled(toleranced(rod, "upper=\"0.04 mm\";lower=0", c)), half, [](double x) { return 0.5 * x; });
+}
+
+TEST_CASE("a tolerance of a clearance widens the distribution of the journal's places", "[play]") {
+  // A journal on the rim at an angle φ, with a clearance uniform between 0.5 and 1.5 c: the mean of the arcsine laws.
+  const double c = 1e-3;
+  const auto range =
+      sampled(toleranced("joints.gudgeon.clearance", fmt::format("upper={}", 0.5 * c), c), PlayPlace::rim);
+  check_law(range, c, [](double x) {
+    double sum = 0;
+    constexpr int count = 20000;
+    for (int i = 0; i < count; ++i) {
+      const double y = x / (0.5 + (i + 0.5) / count);
+      sum += 0.5 + std::asin(std::clamp(y, -1.0, 1.0)) / std::numbers::pi;
+    }
+    return sum / count;
+  });
+  // Extremes are those of the stated clearance.
+  CHECK(range.width() == Approx(2 * c).epsilon(1e-5));
+  CHECK(range.quantiles->value.back() > range.greatest);
+}
+
+TEST_CASE("shares in the variance contain tolerances", "[play]") {
+  // A journal on its disc has the variance c²/4, a uniform deviation that of half²/3, a normal one (half/3)²; a
+  // normal one cut at one standard deviation 0.29112509 σ², the integral of x² e^(−x²/2) from −1 to 1 over that
+  // of e^(−x²/2).
+  const std::string rod = "joints.gudgeon.at[0][0]";
+  const double c = 1e-3, half = 1e-3;
+  const std::vector<std::pair<std::string, double>> cases{
+      {"distribution=\"uniform\"", half * half / 3},
+      {"distribution=\"normal\"", half * half / 9},
+      {"distribution=\"truncated\";sigmas=1", 0.29112509 * half * half}};
+  for (const auto& [more, variance] : cases) {
+    CAPTURE(more);
+    const auto range = sampled(toleranced(rod, fmt::format("upper={};{}", half, more), c));
+    REQUIRE(range.variance.size() == 2);
+    CHECK(range.variance[1] == Approx(variance / (variance + c * c / 4)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("tolerances are checked", "[play]") {
+  const auto with = [](const std::string& key, const std::string& more) {
+    try {
+      sampled(toleranced(key, more, 1e-3));
+    } catch (const ModelError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string rod = "joints.gudgeon.at[0][0]";
+  CHECK_THAT(with("joints.gudgeon.gap", "upper=1e-5"), Contains("joints.gudgeon.gap"));
+  CHECK_THAT(with(rod, "upper=1e-5;lower=2e-5"), Contains("tolerances.part.upper") && Contains("greater"));
+  CHECK_THAT(with(rod, "upper=\"1e-5 kg\""), Contains("tolerances.part.upper") && Contains("kg"));
+  CHECK_THAT(with(rod, "upper=1e-5;distribution=\"gauss\""), Contains("truncated"));
+  CHECK_THAT(with("joints.gudgeon.clearance", "upper=2e-3"), Contains("clearance"));
+}
+
 TEST_CASE("a loaded journal rests where its weight presses it", "[play]") {
   // At the crank angle 0 the weight of rod and slider is vertical: the rod lies on the slider's pin, c below it,
   // and the slider is nearer by c²/(2 l). Half of the rod's weight is the reaction.
