@@ -37,6 +37,8 @@
 /// - orbit() (analysis/orbit.hpp): periodic motions and their Floquet multipliers.
 /// - lyapunov() (analysis/lyapunov.hpp): Lyapunov exponents of a motion with impacts.
 /// - continue_orbit() (analysis/continuation.hpp): branches of periodic motions and their bifurcations.
+/// - find_play() (analysis/play/play.hpp): ranges of outputs within the clearances, with proved bounds;
+///   allocate_clearances() (analysis/play/play_allocation.hpp): clearances of least cost for a range.
 /// - Outside (mechanism/outside.hpp): contact laws and load forces that the caller implements.
 ///
 /// Units: SI and radians throughout. No member takes another unit, except the text that
@@ -69,6 +71,8 @@
 #include "analysis/continuation.hpp"
 #include "analysis/lyapunov.hpp"
 #include "analysis/orbit.hpp"
+#include "analysis/play/play.hpp"
+#include "analysis/play/play_allocation.hpp"
 #include "analysis/sensitivity.hpp"
 #include "compile/compiled_structures.hpp"
 #include "facade/simulation.hpp"
@@ -81,6 +85,7 @@
 #include "values/identity.hpp"
 #include "values/lyapunov.hpp"
 #include "values/orbit.hpp"
+#include "values/play.hpp"
 #include "values/result.hpp"
 #include "values/sensitivity.hpp"
 #include "values/snapshot.hpp"

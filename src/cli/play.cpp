@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "analysis/play/play_allocation.hpp"
+#include "analysis/play/play_documents.hpp"
 #include "analysis/play/play_loads.hpp"
 #include "cli/command_line.hpp"
 #include "cli/figures.hpp"

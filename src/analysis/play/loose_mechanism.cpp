@@ -109,18 +109,6 @@ double value_of(const OutputQuantity& quantity, const double* q, const Evaluatio
   return evaluate(quantity, q, e);
 }
 
-std::string OutputQuantity::column() const {
-  if (kind != Kind::distance) return name;
-  std::string text;
-  for (const char c : name) {
-    if (c == '(' || c == ',')
-      text += ':';
-    else if (c != ' ' && c != ')')
-      text += c;
-  }
-  return text;
-}
-
 OutputQuantity output_quantity(const Mechanism& m, const std::string& name) {
   for (const auto& find : {coordinate_named, distance_named, joint_named})
     if (auto found = find(m, trimmed(name))) {
@@ -203,13 +191,14 @@ void LooseMechanism::add_varied(const TracedObject& stated, const std::vector<Va
     if (node.operation == Operation::constant && node.a >= 0) alone[static_cast<std::size_t>(node.a)] = 1;
   for (std::size_t number = 0; number < varied.size(); ++number) {
     const auto& x = varied[number];
+    tolerances_.push_back(x.tolerance);
     std::vector<std::vector<double>> constants;
     for (const auto& mechanism : x.mechanisms) {
       std::vector<OutputQuantity> same;
       for (const auto& quantity : quantities) same.push_back(output_quantity(mechanism, quantity.name));
       const auto object = traced(mechanism, same, pose, t, false);
       if (!object.same_structure(stated))
-        throw ModelError(x.key,
+        throw ModelError(x.tolerance.key,
                          "its tolerance changes the equations of the mechanism, which is not described");
       constants.push_back(object.constants());
     }
@@ -218,7 +207,7 @@ void LooseMechanism::add_varied(const TracedObject& stated, const std::vector<Va
       const double c0 = constants_[slot], c1 = constants[0][slot], c2 = constants[1][slot];
       if (c0 == c1 && c0 == c2) continue;
       if (!alone[slot])
-        throw ModelError(x.key, "its tolerance changes a table or curve, which is not described");
+        throw ModelError(x.tolerance.key, "its tolerance changes a table or curve, which is not described");
       const double slope = (c1 - c0) / d1, bend = ((c2 - c0) / d2 - slope) / (d2 - d1);
       varied_.push_back({static_cast<int>(number), slot, slope - d1 * bend, bend});
     }
@@ -247,7 +236,8 @@ void LooseMechanism::list_rows(const Mechanism& mechanism, const System& ideal, 
     const int rows = ideal.carried()[j].rows, contacts = loose.carried()[j].contacts;
     const bool ring = contacts > 0 && loose.contact_facts(contact).ring;
     const auto add = [&](std::string part, bool disc, double clearance) {
-      components_.push_back({name, std::move(part), disc, size_, static_cast<int>(rows_.size()), clearance});
+      components_.push_back(
+          {{name, std::move(part), disc, clearance}, size_, static_cast<int>(rows_.size())});
       size_ += disc ? 2 : 1;
     };
     if (contacts == 0) {

@@ -34,23 +34,17 @@
 
 #include "dynamics/system.hpp"
 #include "mechanism/mechanism.hpp"
+#include "mechanism/tolerance.hpp"
 #include "numerics/curvature_tape.hpp"
 #include "numerics/dense.hpp"
+#include "values/play.hpp"
 
 namespace freeplay {
 
-/// An output coordinate: a coordinate of a body or of one of its points, a distance of two points, or the
-/// angle or position of a joint.
-struct OutputQuantity {
-  enum class Kind { x, y, angle, distance, slide };
-  std::string name;  ///< as it was asked for
-  Kind kind = Kind::x;
+/// An output coordinate with its points.
+struct OutputQuantity : PlayOutput {
   Link link = {};   ///< of x, y and angle: body j and its point relative to the ground
   Vec2 axis{1, 0};  ///< of a slide, in the frame of body i
-  bool is_angle() const { return kind == Kind::angle; }
-  const char* unit() const { return is_angle() ? "rad" : "m"; }
-  /// The name in tables, whose names have no commas: distance:P:Q for distance(P, Q).
-  std::string column() const;
 };
 
 /// The value of a quantity at q; `e`: after System::place().
@@ -61,20 +55,16 @@ double value_of(const OutputQuantity& quantity, const double* q, const Evaluatio
 /// Throws ModelError that lists the names.
 OutputQuantity output_quantity(const Mechanism& mechanism, const std::string& name);
 
-/// A loose joint or a pair of its opposite contacts.
-struct LooseComponent {
-  std::string joint;     ///< name
-  std::string part;      ///< of a slider: rear or front
-  bool disc = false;     ///< a revolute joint, two numbers u; otherwise one
-  int first = 0;         ///< of its entries in u, and of its equations in rows()
-  int row = 0;           ///< first of its equations
-  double clearance = 0;  ///< m: radius of the disc; half of the sum of the gaps at the first pose
+/// A loose joint or a pair of its opposite contacts, with its numbers u: two of a disc, otherwise one.
+struct LooseComponent : PlayClearance {
+  int first = 0;  ///< of its entries in u, and of its equations in rows()
+  int row = 0;    ///< first of its equations
   int size() const { return disc ? 2 : 1; }
 };
 
 /// A number of the mechanism that varies: the mechanism at two deviations from its stated value.
 struct VariedNumber {
-  std::string key;
+  Tolerance tolerance;
   std::array<double, 2> deviations{};  ///< distinct, not 0
   std::array<Mechanism, 2> mechanisms = {};
 };
@@ -90,6 +80,8 @@ class LooseMechanism {
   /// Number of entries of u.
   int size() const { return size_; }
   const std::vector<LooseComponent>& components() const { return components_; }
+  /// Of the varied numbers.
+  const std::vector<Tolerance>& tolerances() const { return tolerances_; }
   /// Length scale (m).
   double length() const { return length_; }
 
@@ -170,6 +162,7 @@ class LooseMechanism {
   std::vector<int> discs_;     // contacts whose radii are
   int quantities_ = 0;         // first of their outputs
   int radii_ = 0;              // likewise
+  std::vector<Tolerance> tolerances_;
   std::vector<VariedConstant> varied_;
   std::vector<double> constants_;  // as stated; empty if none varies
   std::unique_ptr<CurvatureTape<double>> point_;

@@ -9,8 +9,11 @@
 #include <optional>
 
 #include "analysis/play/held_drives.hpp"
+#include "analysis/play/loose_mechanism.hpp"
+#include "analysis/play/play_documents.hpp"
 #include "analysis/play/play_extremes.hpp"
 #include "analysis/play/play_loads.hpp"
+#include "analysis/play/play_statistics.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "io/scene/scene_text.hpp"
 #include "mechanism/error.hpp"
@@ -66,7 +69,7 @@ std::vector<VariedNumber> varied_numbers(const Scene& scene, int over) {
     const Parameter number(scene, tolerance.key);
     const double low = tolerance.least(), high = tolerance.upper;
     auto& x = list.emplace_back();
-    x.key = tolerance.key;
+    x.tolerance = tolerance;
     x.deviations = {low != 0 ? low : high / 2, high != 0 ? high : low / 2};
     for (std::size_t i = 0; i < x.deviations.size(); ++i)
       x.mechanisms[i] = held(number.at(number.value() + x.deviations[i]).mechanism, over, {});
@@ -93,16 +96,17 @@ std::vector<double> parts_of(const LooseMechanism& mechanism, const Eigen::Vecto
 PlayRange range_of(LooseMechanism& mechanism, PlayExtremes& extremes, int k, Eigen::VectorXd& up,
                    Eigen::VectorXd& down, const PlaySampling& sampling) {
   PlayRange range;
-  const auto output = linear_output(mechanism, extremes, k, sampling.tolerances);
+  const auto output = linear_output(mechanism, extremes, k);
   range.ideal = output.value;
   for (const auto& c : mechanism.components()) range.linear += output.a.segment(c.first, c.size()).norm();
-  range.variance = variance_shares(mechanism, sampling, output);
+  range.variance = variance_shares(mechanism, sampling.place, output);
   const auto most = extremes.greatest(k, 1, up), least = extremes.greatest(k, -1, down);
   up = most.u, down = least.u;
   range.greatest = most.value, range.bound_greatest = most.bound;
   range.least = -least.value, range.bound_least = -least.bound;
   range.settled = most.settled && least.settled;
-  range.at_greatest = most.q, range.at_least = least.q;
+  range.at_greatest.assign(most.q.begin(), most.q.end());
+  range.at_least.assign(least.q.begin(), least.q.end());
   range.parts = parts_of(mechanism, output.a, most, least, range.width());
   if (sampling.samples > 0) range.quantiles = play_quantiles(mechanism, extremes, k, sampling, output);
   return range;
@@ -110,7 +114,7 @@ PlayRange range_of(LooseMechanism& mechanism, PlayExtremes& extremes, int k, Eig
 
 std::string joint_unit(const Play& play) { return play.slides ? "m" : "rad"; }
 
-std::string title_of(const LooseComponent& c) { return c.part.empty() ? c.joint : c.joint + "." + c.part; }
+std::string title_of(const PlayClearance& c) { return c.part.empty() ? c.joint : c.joint + "." + c.part; }
 
 /// The position of the widest range of a quantity; null if all are refused.
 const PlayPosition* widest(const Play& play, std::size_t k) {
@@ -120,7 +124,19 @@ const PlayPosition* widest(const Play& play, std::size_t k) {
   return found;
 }
 
-/// Parts by joint, in the order of the components, and by tolerance.
+void refuse_wrong(const PlayOptions& options) {
+  constexpr int fewest = 100, most = 10'000'000;
+  const int samples = options.sampling.samples;
+  if (options.quantities.empty()) throw ModelError("quantities", "at least one output is needed");
+  if (!std::isfinite(options.from) || !std::isfinite(options.to))
+    throw ModelError("over", "the first and the last position must be finite");
+  if (options.points < 1) throw ModelError("points", "must be 1 or greater");
+  if (samples != 0 && (samples < fewest || samples > most))
+    throw ModelError("samples", fmt::format("must be 0 or between {} and {}", fewest, most));
+}
+
+}  // namespace
+
 std::vector<std::pair<std::string, double>> by_joint(const Play& play, const std::vector<double>& parts) {
   std::vector<std::pair<std::string, double>> list;
   for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -134,18 +150,14 @@ std::vector<std::pair<std::string, double>> by_joint(const Play& play, const std
   return list;
 }
 
-}  // namespace
-
-double PlayRange::gap() const {
-  const double open = bound_greatest - greatest + (least - bound_least);
-  return width() > 0 ? open / width() : open;
-}
-
 Play find_play(const Scene& scene, const PlayOptions& options) {
+  refuse_wrong(options);
   const auto& m = scene.mechanism;
   Play play;
   play.sampled = options.sampling.samples > 0;
-  for (const auto& name : options.quantities) play.quantities.push_back(output_quantity(m, name));
+  std::vector<OutputQuantity> quantities;
+  for (const auto& name : options.quantities) quantities.push_back(output_quantity(m, name));
+  play.quantities.assign(quantities.begin(), quantities.end());
   const auto driven = driven_joint(m, options.over);
   if (driven.joint >= 0) {
     const auto& joint = m.joints[static_cast<std::size_t>(driven.joint)];
@@ -160,22 +172,21 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   const auto start =
       assemble(m, scene.run.start == Start::ideal ? Start::ideal : Start::assembled, nullptr, options.stop);
   double t = driven.start;
-  auto sampling = options.sampling;
   std::vector<VariedNumber> varied;
-  if (play.sampled) {
-    play.tolerances = sampling.tolerances = scene.tolerances;
+  if (play.sampled)
     varied = varied_numbers(scene, driven.joint);
-  } else if (!scene.tolerances.empty()) {
+  else if (!scene.tolerances.empty())
     play.notes.emplace_back("tolerances have an effect on quantiles only; give --samples");
-  }
-  LooseMechanism mechanism(fixed, play.quantities, start.q, t, varied);
+  LooseMechanism mechanism(fixed, quantities, start.q, t, varied);
+  for (const auto& x : mechanism.tolerances())
+    play.tolerances.push_back({x.key, x.least(), x.upper, std::string(text_of(x.distribution))});
   if (mechanism.size() == 0)
     throw ModelError("joints",
                      "no joint has clearance; give `clearance` to a revolute, translational, slot, "
                      "gear or rack joint");
-  play.components = mechanism.components();
+  play.components.assign(mechanism.components().begin(), mechanism.components().end());
   for (std::size_t k = 0; k < play.quantities.size(); ++k)
-    if (play.quantities[k].kind == OutputQuantity::Kind::distance && !mechanism.differentiable(start.q, t))
+    if (play.quantities[k].kind == PlayOutput::Kind::distance && !mechanism.differentiable(start.q, t))
       throw ModelError("--of", play.quantities[k].name +
                                    " is 0 at the start, where a distance has no derivative; "
                                    "give the coordinates of the points");
@@ -197,10 +208,11 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
     at.coordinate = place;
     const auto& region = extremes.enclose(q, t);
     at.refusal = region.refusal;
-    at.pose = region.q;
+    at.pose.assign(region.q.begin(), region.q.end());
     if (at.refusal.empty())
       for (std::size_t k = 0; k < play.quantities.size(); ++k)
-        at.ranges.push_back(range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k], sampling));
+        at.ranges.push_back(
+            range_of(mechanism, extremes, static_cast<int>(k), up[k], down[k], options.sampling));
     // Near a dead centre the second derivatives may have no bound.
     if (std::ranges::any_of(at.ranges, [](const auto& r) { return !std::isfinite(r.gap()); })) {
       at.ranges.clear();
@@ -210,7 +222,7 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   }
   if (std::ranges::none_of(play.positions, [](const auto& p) { return p.refusal.empty(); }))
     throw ModelError(play.joint.empty() ? "" : "joints." + play.joint, play.positions.front().refusal);
-  if (options.loads) add_loaded(m, driven.joint, play, options.stop);
+  if (options.loads) add_loaded(m, driven.joint, quantities, play, options.stop);
   return play;
 }
 
@@ -282,10 +294,8 @@ nlohmann::json to_json(const Play& play) {
     all["clearances"].push_back(
         {{"joint", title_of(c)}, {"kind", c.disc ? "disc" : "two-sided"}, {"m", c.clearance}});
   for (const auto& x : play.tolerances)
-    all["tolerances"].push_back({{"key", x.key},
-                                 {"lower", x.least()},
-                                 {"upper", x.upper},
-                                 {"distribution", text_of(x.distribution)}});
+    all["tolerances"].push_back(
+        {{"key", x.key}, {"lower", x.lower}, {"upper", x.upper}, {"distribution", x.distribution}});
   all["refused"] = nlohmann::json::array();
   all["notes"] = play.notes;
   for (const auto& p : play.positions)

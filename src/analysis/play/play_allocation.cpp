@@ -131,12 +131,27 @@ bool solve_round(const std::vector<ClearanceCost>& costs, const std::vector<doub
   return problem->solved;
 }
 
+void refuse_wrong(double target, const std::vector<ClearanceCost>& costs) {
+  const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+  if (!positive(target)) throw ModelError("--target", "must be positive");
+  if (costs.empty()) throw ModelError("--cost", "at least one joint is needed");
+  for (auto it = costs.begin(); it != costs.end(); ++it) {
+    if (!positive(it->cost) || !positive(it->exponent) || !positive(it->least) || !positive(it->greatest))
+      throw ModelError("--cost", it->joint + ": cost, exponent, least and greatest must be positive");
+    if (it->least > it->greatest)
+      throw ModelError("--cost", it->joint + ": least must not exceed greatest (m)");
+    if (std::ranges::find(costs.begin(), it, it->joint, &ClearanceCost::joint) != it)
+      throw ModelError("--cost", it->joint + " is stated twice");
+  }
+}
+
 }  // namespace
 
 Allocation allocate_clearances(const Scene& scene, const PlayOptions& options, double target,
                                const std::vector<ClearanceCost>& costs) {
   if (options.quantities.size() != 1)
     throw ModelError("--target", "needs exactly one quantity (--of), whose width it limits");
+  refuse_wrong(target, costs);
   Scene trial = scene;
   std::vector<double*> clearances;
   std::vector<double> before, low, high, x(costs.size(), 1.0);

@@ -18,27 +18,36 @@ namespace freeplay {
 
 /// Cost of the clearance of one joint.
 struct ClearanceCost {
-  std::string joint;
-  double cost = 1, exponent = 1;   ///< b_k, p_k > 0
-  double least = 0, greatest = 0;  ///< m, 0 < least ≤ greatest
+  std::string joint;    ///< name
+  double cost = 1;      ///< b_k > 0, at the clearance of the scene
+  double exponent = 1;  ///< p_k > 0
+  double least = 0;     ///< m, > 0
+  double greatest = 0;  ///< m, ≥ least
 };
 
+/// Clearance of one joint before and after the allocation.
 struct AllocatedClearance {
-  std::string joint;
-  double before = 0, after = 0;  ///< m
-  double cost = 0;               ///< with `after`
-  enum class Limit { none, least, greatest } limit = Limit::none;
+  std::string joint;  ///< name
+  double before = 0;  ///< m, of the scene
+  double after = 0;   ///< m
+  double cost = 0;    ///< with `after`
+  /// Which limit of ClearanceCost the clearance has.
+  enum class Limit { none, least, greatest };
+  Limit limit = Limit::none;  ///< none: between both
 };
 
+/// Clearances of least cost.
 struct Allocation {
-  std::vector<AllocatedClearance> clearances;
-  double cost_before = 0, cost = 0;
-  Play play;  ///< with the allocated clearances
-  int rounds = 0;
+  std::vector<AllocatedClearance> clearances;  ///< in the order of the costs
+  double cost_before = 0;                      ///< with the clearances of the scene
+  double cost = 0;                             ///< with the allocated ones
+  Play play;                                   ///< with the allocated clearances
+  int rounds = 0;                              ///< of the convex problem
 };
 
-/// Allocates the clearances of the joints of `costs` for the only quantity of `options`; others keep theirs. Throws
-/// ModelError for unknown joints, and if the target cannot be met within the limits.
+/// Allocates the clearances of the joints of `costs` for the only quantity of `options`, whose width (m or rad) then is
+/// at most `target`; others keep theirs. Throws ModelError as find_play() does, for unknown joints and wrong costs, and
+/// if the target cannot be met within the limits.
 Allocation allocate_clearances(const Scene& scene, const PlayOptions& options, double target,
                                const std::vector<ClearanceCost>& costs);
 

@@ -31,10 +31,15 @@ std::vector<Vec2> places(const System& system, const Eigen::VectorXd& q) {
   return list;
 }
 
+Eigen::VectorXd vector_of(const std::vector<double>& q) {
+  return Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
+}
+
 class LoadedPoses {
  public:
-  LoadedPoses(const Mechanism& mechanism, int over, Play& play, const StopToken& stop)
-      : mechanism_(mechanism), over_(over), play_(play), stop_(stop) {}
+  LoadedPoses(const Mechanism& mechanism, int over, const std::vector<OutputQuantity>& quantities, Play& play,
+              const StopToken& stop)
+      : mechanism_(mechanism), over_(over), quantities_(quantities), play_(play), stop_(stop) {}
 
   /// Solves position i from the pose of the last one, moved with the ideal mechanism.
   void solve(std::size_t i, bool up) {
@@ -43,24 +48,25 @@ class LoadedPoses {
     const auto fixed =
         held(mechanism_, over_, over_ >= 0 ? std::optional(position.coordinate) : std::nullopt);
     const System system(fixed);
-    Eigen::VectorXd start = position.pose;
+    const Eigen::VectorXd ideal = vector_of(position.pose);
+    Eigen::VectorXd start = ideal;
     if (last_) start += last_->first;
     std::vector<double> q(start.begin(), start.end()), best;
     try {
       if (!Closing(fixed, system, stop_, {system.mass()}).close(q, best))
         throw ModelError("", "the mechanism does not close from the neighbouring position");
       const auto found = find_equilibrium(fixed, system, q, {}, stop_);
-      pose.q = Eigen::Map<const Eigen::VectorXd>(found.state.q.data(), static_cast<Eigen::Index>(q.size()));
+      pose.q = found.state.q;
       record(system, static_forces(system, found), pose);
     } catch (const ModelError& e) {
       pose.failure = e.message;
       last_.reset();
       return;
     }
-    const auto now = places(system, pose.q);
+    const auto now = places(system, vector_of(pose.q));
     if (last_)
       find_jumps(system, now, play_.positions[up ? i - 1 : i + 1].coordinate, position.coordinate, up);
-    last_ = std::pair{pose.q - position.pose, now};
+    last_ = std::pair<Eigen::VectorXd, std::vector<Vec2>>{vector_of(pose.q) - ideal, now};
   }
   void restart() { last_.reset(); }
 
@@ -68,7 +74,7 @@ class LoadedPoses {
   void record(const System& system, const Forces& forces, LoadedPose& pose) {
     auto e = system.make_evaluation();
     system.place(0, pose.q.data(), e);
-    for (const auto& quantity : play_.quantities) pose.values.push_back(value_of(quantity, pose.q.data(), e));
+    for (const auto& quantity : quantities_) pose.values.push_back(value_of(quantity, pose.q.data(), e));
     const auto& elements = system.report().elements;
     if (play_.reactions.empty())
       for (const auto& joint : mechanism_.joints) play_.reactions.push_back(name_of(joint));
@@ -94,6 +100,7 @@ class LoadedPoses {
 
   const Mechanism& mechanism_;
   int over_;
+  const std::vector<OutputQuantity>& quantities_;
   Play& play_;
   const StopToken& stop_;
   std::optional<std::pair<Eigen::VectorXd, std::vector<Vec2>>> last_;  // distance from the ideal pose, places
@@ -101,11 +108,12 @@ class LoadedPoses {
 
 }  // namespace
 
-void add_loaded(const Mechanism& mechanism, int over, Play& play, const StopToken& stop) {
+void add_loaded(const Mechanism& mechanism, int over, const std::vector<OutputQuantity>& quantities,
+                Play& play, const StopToken& stop) {
   play.loaded = true;
   Mechanism joints = mechanism;
   joints.contacts.clear();
-  LoadedPoses poses(joints, over, play, stop);
+  LoadedPoses poses(joints, over, quantities, play, stop);
   for (std::size_t i = 0; i < play.positions.size(); ++i) poses.solve(i, true);
   poses.restart();
   for (std::size_t i = play.positions.size(); i-- > 0;) poses.solve(i, false);

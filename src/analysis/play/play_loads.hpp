@@ -4,13 +4,15 @@
 // difference is lost motion.
 #pragma once
 
+#include "analysis/play/loose_mechanism.hpp"
 #include "analysis/play/play.hpp"
 
 namespace freeplay {
 
-/// Fills the loaded poses of all positions and the jumps. `over`: index of the driven joint, −1: none. Positions
-/// without equilibrium have the reason.
-void add_loaded(const Mechanism& mechanism, int over, Play& play, const StopToken& stop);
+/// Fills the loaded poses of all positions and the jumps. `over`: index of the driven joint, −1: none. `quantities`:
+/// those of the play. Positions without equilibrium have the reason.
+void add_loaded(const Mechanism& mechanism, int over, const std::vector<OutputQuantity>& quantities,
+                Play& play, const StopToken& stop);
 
 /// Greatest difference of quantity k between both approaches.
 double lost_motion(const Play& play, std::size_t k);

@@ -1,6 +1,7 @@
 #include "analysis/play/play_statistics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -11,12 +12,13 @@ namespace {
 /// Draws u and d. The same numbers at every position, so that curves over the positions are smooth.
 class Draw {
  public:
-  Draw(const LooseMechanism& mechanism, const PlaySampling& sampling, unsigned seed)
-      : mechanism_(mechanism), place_(sampling.place), tolerances_(sampling.tolerances), random_(seed) {}
+  Draw(const LooseMechanism& mechanism, PlayPlace place, unsigned seed)
+      : mechanism_(mechanism), place_(place), random_(seed) {}
   void operator()(Eigen::VectorXd& u, Eigen::VectorXd& d) {
-    d.resize(static_cast<Eigen::Index>(tolerances_.size()));
-    for (std::size_t i = 0; i < tolerances_.size(); ++i)
-      d[static_cast<Eigen::Index>(i)] = deviation(tolerances_[i]);
+    const auto& tolerances = mechanism_.tolerances();
+    d.resize(static_cast<Eigen::Index>(tolerances.size()));
+    for (std::size_t i = 0; i < tolerances.size(); ++i)
+      d[static_cast<Eigen::Index>(i)] = deviation(tolerances[i]);
     u.resize(mechanism_.size());
     for (const auto& c : mechanism_.components()) {
       if (!c.disc) {
@@ -43,7 +45,6 @@ class Draw {
 
   const LooseMechanism& mechanism_;
   PlayPlace place_;
-  const std::vector<Tolerance>& tolerances_;
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> share_{0, 1};
   std::normal_distribution<double> normal_;
@@ -70,8 +71,8 @@ double quantile(const std::vector<double>& many, const std::vector<double>& exac
 
 }  // namespace
 
-LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, int k,
-                           const std::vector<Tolerance>& tolerances) {
+LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, int k) {
+  const auto& tolerances = mechanism.tolerances();
   LinearOutput output;
   output.value = extremes.ideal(k, output.a);
   const auto count = static_cast<Eigen::Index>(tolerances.size());
@@ -91,15 +92,16 @@ LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, in
   return output;
 }
 
-std::vector<double> variance_shares(const LooseMechanism& mechanism, const PlaySampling& sampling,
+std::vector<double> variance_shares(const LooseMechanism& mechanism, PlayPlace place,
                                     const LinearOutput& output) {
   std::vector<double> shares;
-  const double rim = sampling.place == PlayPlace::rim ? 1 : 0;
+  const double rim = place == PlayPlace::rim ? 1 : 0;
   for (const auto& c : mechanism.components())
     shares.push_back(output.a.segment(c.first, c.size()).squaredNorm() /
                      (c.disc ? 4 - 2 * rim : 3 - 2 * rim));
-  for (std::size_t i = 0; i < sampling.tolerances.size(); ++i) {
-    const auto& tolerance = sampling.tolerances[i];
+  const auto& tolerances = mechanism.tolerances();
+  for (std::size_t i = 0; i < tolerances.size(); ++i) {
+    const auto& tolerance = tolerances[i];
     const double change = output.b[static_cast<Eigen::Index>(i)] * tolerance.half();
     shares.push_back(change * change * tolerance.variance());
   }
@@ -113,18 +115,18 @@ PlayQuantiles play_quantiles(LooseMechanism& mechanism, PlayExtremes& extremes, 
                              const PlaySampling& sampling, const LinearOutput& output) {
   constexpr int cheap = 20;  // linear samples for each exact one
   constexpr std::size_t parts = 10;
-  const bool varies = !sampling.tolerances.empty();
+  const bool varies = !mechanism.tolerances().empty();
   Eigen::VectorXd u, d;
   const auto linear_part = [&] { return output.value + output.a.dot(u) + output.b.dot(d); };
   PlayQuantiles found;
   std::vector<double> many, exact, linear;
-  Draw draw(mechanism, sampling, 1);
+  Draw draw(mechanism, sampling.place, 1);
   for (int i = 0; i < cheap * sampling.samples; ++i) {
     draw(u, d);
     many.push_back(linear_part());
   }
   std::ranges::sort(many);
-  Draw other(mechanism, sampling, 2);
+  Draw other(mechanism, sampling.place, 2);
   for (int i = 0; i < sampling.samples; ++i) {
     other(u, d);
     if (varies) mechanism.vary(d);
@@ -154,7 +156,7 @@ PlayQuantiles play_quantiles(LooseMechanism& mechanism, PlayExtremes& extremes, 
   std::array<double, play_shares.size()> sum{}, square{};
   for (std::size_t p = 0; p < parts; ++p) {
     std::vector<double> tenth;
-    Draw again(mechanism, sampling, static_cast<unsigned>(3 + p));
+    Draw again(mechanism, sampling.place, static_cast<unsigned>(3 + p));
     for (std::size_t i = 0; i < many.size() / parts; ++i) {
       again(u, d);
       tenth.push_back(linear_part());

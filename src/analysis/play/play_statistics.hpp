@@ -14,30 +14,12 @@
 
 #include <Eigen/Core>
 
-#include <array>
 #include <vector>
 
 #include "analysis/play/play_extremes.hpp"
-#include "mechanism/tolerance.hpp"
+#include "values/play.hpp"
 
 namespace freeplay {
-
-/// Where journals and teeth are.
-enum class PlayPlace { within, rim };
-
-struct PlaySampling {
-  int samples = 0;
-  PlayPlace place = PlayPlace::within;
-  std::vector<Tolerance> tolerances = {};  ///< of the varied numbers of the mechanism, in their order
-};
-
-/// Shares of the quantiles: median, 95 % and, for a normal distribution, three standard deviations.
-inline constexpr std::array<double, 5> play_shares{0.00135, 0.025, 0.5, 0.975, 0.99865};
-
-struct PlayQuantiles {
-  std::array<double, 5> value{}, error{};  ///< at play_shares, and their standard errors
-  int failed = 0;                          ///< samples that did not close; 0 within a region
-};
 
 /// An output to first order, value + a·u + b·d.
 struct LinearOutput {
@@ -45,12 +27,11 @@ struct LinearOutput {
   Eigen::VectorXd a, b;
 };
 /// Output k; b follows from its values at the limits of each tolerance. Needs extremes.enclose() with success.
-LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, int k,
-                           const std::vector<Tolerance>& tolerances);
+LinearOutput linear_output(LooseMechanism& mechanism, PlayExtremes& extremes, int k);
 
 /// The contributions of the components, then of the tolerances, to the variance of an output to first order. They
 /// sum to 1.
-std::vector<double> variance_shares(const LooseMechanism& mechanism, const PlaySampling& sampling,
+std::vector<double> variance_shares(const LooseMechanism& mechanism, PlayPlace place,
                                     const LinearOutput& output);
 
 /// Quantiles of output k; needs extremes.enclose() with success.

@@ -231,6 +231,14 @@ TEST_CASE("an external program: mechanism in code, observers, threads, snapshots
   CHECK_THAT(done.said, !Contains("FAILED"));
 }
 
+TEST_CASE("an external program: ranges within clearances agree with the closed form", "[library][slow]") {
+  const auto& installed = Installed::get();
+  const auto done = shell(installed.folder() / "examples", installed.example("play"));
+  INFO(done.said);
+  CHECK(done.status == 0);
+  CHECK_THAT(done.said, !Contains("FAILED"));
+}
+
 TEST_CASE("each public header compiles alone with only the standard library", "[library][long]") {
   const auto& installed = Installed::get();
   const auto headers = installed.prefix() / "include/freeplay", place = installed.folder() / "headers";
