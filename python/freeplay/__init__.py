@@ -22,7 +22,20 @@ from .errors import (
     SceneError,
     SnapshotError,
 )
-from .motions import Branches, Lyapunov, Orbit, Sensitivities, continue_orbit, lyapunov, orbit, sensitivity
+from .motions import (
+    Branches,
+    LoadedPoses,
+    Lyapunov,
+    Orbit,
+    Play,
+    PlayRange,
+    Sensitivities,
+    continue_orbit,
+    lyapunov,
+    orbit,
+    play,
+    sensitivity,
+)
 from .results import Comparison, Run, read_comparison, read_run
 from .running import Simulation, Stop, check, compare, run
 from .scene import Scene, Table, read_scene
@@ -38,9 +51,12 @@ __all__ = [
     "FailedWarning",
     "FreeplayError",
     "Interrupted",
+    "LoadedPoses",
     "Lyapunov",
     "Orbit",
     "OutputError",
+    "Play",
+    "PlayRange",
     "Run",
     "Scene",
     "SceneError",
@@ -55,6 +71,7 @@ __all__ = [
     "continue_orbit",
     "lyapunov",
     "orbit",
+    "play",
     "read_comparison",
     "read_run",
     "read_scene",

@@ -103,6 +103,21 @@ def branches_of(
 def lyapunov_of(
     scene: Scene, formulation: str, batches: int, transient: Optional[float], flag: StopFlag, here: bool
 ) -> dict[str, Any]: ...
+def play_of(
+    scene: Scene,
+    of: list[str],
+    over: str,
+    from_: float,
+    to: float,
+    points: int,
+    loads: bool,
+    samples: int,
+    rim: bool,
+    target: Optional[float],
+    costs: list[tuple[str, float, float, float, float]],
+    flag: StopFlag,
+    here: bool,
+) -> dict[str, Any]: ...
 def run_into(
     scene: Scene, formulation: str, folder: Path, matched: bool, companion: bool, flag: StopFlag, here: bool
 ) -> bool: ...

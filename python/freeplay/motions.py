@@ -1,10 +1,10 @@
-"""Derivatives of runs, periodic motions, their branches, and Lyapunov exponents."""
+"""Derivatives of runs, periodic motions, their branches, Lyapunov exponents, and output play."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import numpy as np
 import pandas as pd
@@ -346,3 +346,242 @@ def lyapunov(
         found["stopped"],
         found["failure"],
     )
+
+
+@dataclass(frozen=True)
+class PlayRange:
+    """Range of one output over the positions, in m or rad. Rows of refused positions are NaN.
+
+    name, unit: the output as it was asked for; "m" or "rad".
+    ideal: values without clearances.
+    least, greatest: found within the clearances; bound_least, bound_greatest: no position within the
+        clearances is beyond them.
+    linear: sum of the influences of all joints to first order; the linear range is ideal - linear to
+        ideal + linear.
+    settled: whether both searches converged; the bounds hold nevertheless.
+    parts: a frame with one row per position and one column per joint: the part of each joint in width.
+    variance: likewise, the shares of the joints in the variance to first order.
+    at_least, at_greatest: the poses q at both ends, one row per position.
+    quantiles, quantile_errors: frames with one column per share, with their standard errors; None without
+        samples.
+    loaded_up, loaded_down: values in equilibrium under the loads, approached from the position before and from
+        the next one; NaN without equilibrium; None without loads.
+    verdict: the widest range in a sentence.
+    """
+
+    name: str
+    unit: str
+    ideal: NDArray[np.float64]
+    least: NDArray[np.float64]
+    greatest: NDArray[np.float64]
+    bound_least: NDArray[np.float64]
+    bound_greatest: NDArray[np.float64]
+    linear: NDArray[np.float64]
+    settled: NDArray[np.bool_]
+    parts: pd.DataFrame
+    variance: pd.DataFrame
+    at_least: NDArray[np.float64]
+    at_greatest: NDArray[np.float64]
+    quantiles: Optional[pd.DataFrame]
+    quantile_errors: Optional[pd.DataFrame]
+    loaded_up: Optional[NDArray[np.float64]]
+    loaded_down: Optional[NDArray[np.float64]]
+    verdict: str
+
+    @property
+    def width(self) -> NDArray[np.float64]:
+        """greatest - least."""
+        return self.greatest - self.least
+
+
+@dataclass(frozen=True)
+class LoadedPoses:
+    """Equilibria under the loads at all positions.
+
+    poses: q, one row per position; NaN without equilibrium.
+    reactions: a frame with the columns JOINT.fx, JOINT.fy (N) and JOINT.m (N m), on the second body of each joint
+        in world axes.
+    failures: for each position the reason why there is no equilibrium, or "".
+    """
+
+    poses: NDArray[np.float64]
+    reactions: pd.DataFrame
+    failures: list[str]
+
+
+@dataclass(frozen=True)
+class Play:
+    """Ranges of outputs within the clearances over positions of a driven joint, in SI units.
+
+    joint, unit: the driven joint ("" without one) and the unit of its positions, "rad" or "m".
+    positions: of the driven joint.
+    ranges: a PlayRange for each output, by its name.
+    refusals: for each position the reason why it has no range, or "".
+    clearances: a frame with one row per loose joint or pair of opposite contacts: joint, part, kind ("disc" or
+        "two-sided"), clearance (m).
+    poses: q of the ideal mechanism, one row per position.
+    up, down: the equilibria under the loads, approached from the position before and from the next one; None
+        without loads.
+    jumps: a frame of the joints that change sides between two positions under the loads: joint, from_, to, up.
+    allocation: a frame of the allocated clearances: joint, before, after (m), cost, limit ("least", "greatest" or
+        ""); None without a target. All other results then have these clearances.
+    verdicts: the widest range of each output in a sentence.
+    notes: what is not considered.
+    """
+
+    joint: str
+    unit: str
+    positions: NDArray[np.float64]
+    ranges: dict[str, PlayRange]
+    refusals: list[str]
+    clearances: pd.DataFrame
+    poses: NDArray[np.float64]
+    up: Optional[LoadedPoses]
+    down: Optional[LoadedPoses]
+    jumps: pd.DataFrame
+    allocation: Optional[pd.DataFrame]
+    verdicts: list[str]
+    notes: list[str]
+
+
+def _rows(lists: Sequence[Sequence[float]], size: int) -> NDArray[np.float64]:
+    """A row for each list; NaN for an empty one."""
+    rows = np.full((len(lists), size), np.nan)
+    for row, numbers in zip(rows, lists):
+        if len(numbers) > 0:
+            row[:] = numbers
+    return rows
+
+
+def _play(found: Mapping[str, Any], allocated: bool) -> Play:
+    positions = np.array(found["positions"], dtype=float)
+    index = pd.Index(positions, name=found["joint"] or "t")
+    coordinates = len(found["poses"][0])
+
+    def frame(lists: Sequence[Sequence[float]], columns: Sequence[Any]) -> pd.DataFrame:
+        return pd.DataFrame(_rows(lists, len(columns)), index=index, columns=list(columns))
+
+    def shares(one: Mapping[str, Any], part: str) -> Optional[pd.DataFrame]:
+        return frame(one[part], found["shares"]) if part in one else None
+
+    def loaded_value(one: Mapping[str, Any], part: str) -> Optional[NDArray[np.float64]]:
+        return np.array(one[part], dtype=float) if part in one else None
+
+    def loaded(side: Mapping[str, Any]) -> Optional[LoadedPoses]:
+        if not found["loaded"]:
+            return None
+        columns = [f"{joint}.{part}" for joint in found["reactions"] for part in ("fx", "fy", "m")]
+        return LoadedPoses(_rows(side["poses"], coordinates), frame(side["reactions"], columns), side["failures"])
+
+    def range_of(one: Mapping[str, Any], verdict: str) -> PlayRange:
+        return PlayRange(
+            name=one["name"],
+            unit=one["unit"],
+            ideal=np.array(one["ideal"], dtype=float),
+            least=np.array(one["least"], dtype=float),
+            greatest=np.array(one["greatest"], dtype=float),
+            bound_least=np.array(one["bound_least"], dtype=float),
+            bound_greatest=np.array(one["bound_greatest"], dtype=float),
+            linear=np.array(one["linear"], dtype=float),
+            settled=np.array(one["settled"], dtype=bool),
+            parts=frame(one["parts"], found["joints"]),
+            variance=frame(one["variance"], found["joints"]),
+            at_least=_rows(one["at_least"], coordinates),
+            at_greatest=_rows(one["at_greatest"], coordinates),
+            quantiles=shares(one, "quantiles"),
+            quantile_errors=shares(one, "quantile_errors"),
+            loaded_up=loaded_value(one, "loaded_up"),
+            loaded_down=loaded_value(one, "loaded_down"),
+            verdict=verdict,
+        )
+
+    return Play(
+        found["joint"],
+        found["unit"],
+        positions,
+        {one["name"]: range_of(one, verdict) for one, verdict in zip(found["ranges"], found["verdicts"])},
+        found["refusals"],
+        pd.DataFrame(found["clearances"], columns=["joint", "part", "kind", "clearance"]),
+        _rows(found["poses"], coordinates),
+        loaded(found["up"]),
+        loaded(found["down"]),
+        pd.DataFrame(found["jumps"], columns=["joint", "from_", "to", "up"]),
+        pd.DataFrame(found["allocation"], columns=["joint", "before", "after", "cost", "limit"]) if allocated else None,
+        found["verdicts"],
+        found["notes"],
+    )
+
+
+def play(
+    scene: SceneLike,
+    of: Sequence[str],
+    over: Optional[str] = None,
+    from_: Optional[float] = None,
+    to: Optional[float] = None,
+    *,
+    points: int = 73,
+    loads: bool = False,
+    samples: int = 0,
+    place: str = "within",
+    target: Optional[float] = None,
+    costs: Optional[Union[pd.DataFrame, Sequence[Mapping[str, Any]]]] = None,
+    set: Optional[Mapping[str, Any]] = None,
+    stop: Optional[Stop] = None,
+) -> Play:
+    """Computes how far outputs can be from their ideal values because of clearances, as `freeplay play` does.
+
+    of: outputs: BODY.x, BODY.y, BODY.theta, BODY.POINT.x, BODY.POINT.y, a joint, "distance(POINT, POINT)".
+    over, from_, to: a joint with prescribed motion, and its first and last position (rad or m); default: the
+        position of the start alone.
+    points: number of positions, ends included.
+    loads: also the equilibrium under the loads at each position, without friction.
+    samples: number of random states of the joints, at least 100, for quantiles; 0: no quantiles.
+    place: the random places: "within" the clearances, or at their "rim".
+    target: width of the only output (m or rad) for which the clearances of least cost are computed.
+    costs: a frame, or a list of mappings, with joint, cost, exponent, least and greatest (m): the cost of a joint
+        is cost (scene's clearance/clearance)^exponent.
+
+    Returns Play. Raises SceneError for an unknown output or joint, for undriven motions, for positions that the
+    mechanism cannot reach, if no position has a range, and for a target that cannot be met; TypeError for
+    incomplete arguments."""
+    if isinstance(of, str):
+        raise TypeError("play: of must be a list of outputs")
+    if over is None and (from_ is not None or to is not None):
+        raise TypeError("play: from_ and to need over")
+    if over is not None and (from_ is None or to is None):
+        raise TypeError("play: over needs from_ and to")
+    if (target is None) != (costs is None):
+        raise TypeError("play: target and costs need each other")
+    if place not in ("within", "rim"):
+        raise ValueError(f"place: must be 'within' or 'rim', is {place!r}")
+    wanted = _scene(scene)
+    if set:
+        wanted = wanted.with_(set)
+    columns = ["joint", "cost", "exponent", "least", "greatest"]
+    table = pd.DataFrame(costs if costs is not None else [], columns=None if costs is not None else columns)
+    missing = [name for name in columns if name not in table]
+    if missing:
+        raise ValueError(f"costs: {missing[0]!r} is missing")
+    rows = [
+        (str(row[0]), float(row[1]), float(row[2]), float(row[3]), float(row[4]))
+        for row in table[columns].itertuples(index=False, name=None)
+    ]
+    found = _searched(
+        stop,
+        lambda flag: _freeplay.play_of(
+            wanted._handle,
+            list(of),
+            over or "",
+            from_ or 0.0,
+            to or 0.0,
+            points,
+            loads,
+            samples,
+            place == "rim",
+            target,
+            rows,
+            flag,
+            _here(),
+        ),
+    )
+    return _play(found, target is not None)

@@ -1,18 +1,22 @@
-// Derivatives of runs, periodic motions, their branches, and Lyapunov exponents.
+// Derivatives of runs, periodic motions, their branches, Lyapunov exponents, and output play.
 #include <pybind11/complex.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "analysis/continuation.hpp"
 #include "analysis/lyapunov.hpp"
 #include "analysis/motion_documents.hpp"
 #include "analysis/orbit.hpp"
+#include "analysis/play/play.hpp"
+#include "analysis/play/play_allocation.hpp"
 #include "analysis/sensitivity.hpp"
 #include "mechanism/error.hpp"
 #include "record.hpp"
@@ -169,6 +173,146 @@ py::dict lyapunov_of(const Scene& scene, const std::string& formulation, int bat
   return result(document, pressed);
 }
 
+/// A number of each position; NaN where `of` has none.
+template <class Of>
+std::vector<double> over_positions(const Play& play, const Of& of) {
+  std::vector<double> list;
+  for (const auto& p : play.positions) list.push_back(of(p));
+  return list;
+}
+
+/// A list of each position; empty where the range is refused.
+template <class Of>
+py::list lists_of(const Play& play, std::size_t k, const Of& of) {
+  py::list list;
+  for (const auto& p : play.positions) {
+    if (p.refusal.empty())
+      list.append(of(p.ranges[k]));
+    else
+      list.append(py::list());
+  }
+  return list;
+}
+
+/// The sums of a list of the components by joint.
+std::vector<double> sums_of(const Play& play, const std::vector<double>& parts) {
+  std::vector<double> list;
+  for (const auto& part : by_joint(play, parts)) list.push_back(part.second);
+  return list;
+}
+
+/// The ranges of quantity k.
+py::dict range_of(const Play& play, std::size_t k) {
+  py::dict d;
+  d["name"] = play.quantities[k].name;
+  d["unit"] = play.quantities[k].unit();
+  for (const auto& [name, member] : {std::pair{"ideal", &PlayRange::ideal},
+                                     {"linear", &PlayRange::linear},
+                                     {"least", &PlayRange::least},
+                                     {"greatest", &PlayRange::greatest},
+                                     {"bound_least", &PlayRange::bound_least},
+                                     {"bound_greatest", &PlayRange::bound_greatest}})
+    d[name] = over_positions(
+        play, [&, number = member](const auto& p) { return p.refusal.empty() ? p.ranges[k].*number : NAN; });
+  std::vector<bool> settled;
+  for (const auto& p : play.positions) settled.push_back(p.refusal.empty() && p.ranges[k].settled);
+  d["settled"] = settled;
+  d["parts"] = lists_of(play, k, [&](const PlayRange& r) { return py::cast(sums_of(play, r.parts)); });
+  d["variance"] = lists_of(play, k, [&](const PlayRange& r) { return py::cast(sums_of(play, r.variance)); });
+  d["at_least"] = lists_of(play, k, [](const PlayRange& r) { return py::cast(r.at_least); });
+  d["at_greatest"] = lists_of(play, k, [](const PlayRange& r) { return py::cast(r.at_greatest); });
+  if (play.sampled) {
+    d["quantiles"] = lists_of(play, k, [](const PlayRange& r) { return py::cast(r.quantiles->value); });
+    d["quantile_errors"] = lists_of(play, k, [](const PlayRange& r) { return py::cast(r.quantiles->error); });
+  }
+  if (play.loaded)
+    for (const auto& [name, member] :
+         {std::pair{"loaded_up", &PlayPosition::up}, {"loaded_down", &PlayPosition::down}})
+      d[name] = over_positions(play, [&, side = member](const auto& p) {
+        return (p.*side).failure.empty() ? (p.*side).values[k] : NAN;
+      });
+  return d;
+}
+
+/// The poses under the loads from one side.
+py::dict loaded_of(const Play& play, LoadedPose PlayPosition::*side) {
+  py::list poses, reactions, failures;
+  for (const auto& p : play.positions) {
+    const auto& pose = p.*side;
+    poses.append(pose.failure.empty() ? pose.q : std::vector<double>());
+    reactions.append(pose.failure.empty() ? pose.reactions : std::vector<double>());
+    failures.append(pose.failure);
+  }
+  py::dict d;
+  d["poses"] = poses;
+  d["reactions"] = reactions;
+  d["failures"] = failures;
+  return d;
+}
+
+py::dict dict_of(const Play& play) {
+  py::list ranges, clearances, joints, poses, refusals, jumps;
+  for (std::size_t k = 0; k < play.quantities.size(); ++k) ranges.append(range_of(play, k));
+  for (const auto& c : play.components)
+    clearances.append(py::make_tuple(c.joint, c.part, c.disc ? "disc" : "two-sided", c.clearance));
+  for (const auto& part : by_joint(play, std::vector<double>(play.components.size())))
+    joints.append(part.first);
+  for (const auto& p : play.positions) poses.append(p.pose), refusals.append(p.refusal);
+  for (const auto& jump : play.jumps) jumps.append(py::make_tuple(jump.joint, jump.from, jump.to, jump.up));
+  py::dict d;
+  d["joint"] = play.joint;
+  d["unit"] = play.slides ? "m" : "rad";
+  d["positions"] = over_positions(play, [](const auto& p) { return p.coordinate; });
+  d["poses"] = poses;
+  d["refusals"] = refusals;
+  d["ranges"] = ranges;
+  d["clearances"] = clearances;
+  d["joints"] = joints;
+  d["shares"] = play_shares;
+  d["loaded"] = play.loaded;
+  d["up"] = loaded_of(play, &PlayPosition::up);
+  d["down"] = loaded_of(play, &PlayPosition::down);
+  d["reactions"] = play.reactions;
+  d["jumps"] = jumps;
+  d["verdicts"] = verdicts(play);
+  d["notes"] = play.notes;
+  return d;
+}
+
+/// Joint, cost, exponent, least and greatest clearance.
+using CostOf = std::tuple<std::string, double, double, double, double>;
+
+py::dict play_of(const Scene& scene, const std::vector<std::string>& of, const std::string& over, double from,
+                 double to, int points, bool loads, int samples, bool rim, std::optional<double> target,
+                 const std::vector<CostOf>& costs, StopFlag& flag, bool here) {
+  bool pressed = false;
+  const auto found = interruptible(flag, here, pressed, [&] {
+    PlayOptions options;
+    options.quantities = of;
+    options.over = over;
+    options.from = from, options.to = to;
+    options.points = points;
+    options.loads = loads;
+    options.sampling = {samples, rim ? PlayPlace::rim : PlayPlace::within};
+    options.stop = flag.token();
+    if (!target) return Allocation{.clearances = {}, .play = find_play(scene, options)};
+    std::vector<ClearanceCost> list;
+    for (const auto& [joint, cost, exponent, least, greatest] : costs)
+      list.push_back({joint, cost, exponent, least, greatest});
+    return allocate_clearances(scene, options, *target, list);
+  });
+  py::list allocated;
+  for (const auto& c : found.clearances) {
+    using Limit = AllocatedClearance::Limit;
+    const char* limit = c.limit == Limit::least ? "least" : c.limit == Limit::greatest ? "greatest" : "";
+    allocated.append(py::make_tuple(c.joint, c.before, c.after, c.cost, limit));
+  }
+  auto d = dict_of(found.play);
+  d["allocation"] = allocated;
+  d["pressed"] = pressed;
+  return d;
+}
+
 }  // namespace
 
 void bind_motions(py::module_& m) {
@@ -182,6 +326,9 @@ void bind_motions(py::module_& m) {
         py::arg("here"));
   m.def("lyapunov_of", &lyapunov_of, py::arg("scene"), py::arg("formulation"), py::arg("batches"),
         py::arg("transient"), py::arg("flag"), py::arg("here"));
+  m.def("play_of", &play_of, py::arg("scene"), py::arg("of"), py::arg("over"), py::arg("from_"),
+        py::arg("to"), py::arg("points"), py::arg("loads"), py::arg("samples"), py::arg("rim"),
+        py::arg("target"), py::arg("costs"), py::arg("flag"), py::arg("here"));
 }
 
 }  // namespace freeplay::python

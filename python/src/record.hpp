@@ -78,7 +78,7 @@ std::unique_ptr<Record> record(Simulation& simulation, const SimulationOptions& 
 void bind_runs(pybind11::module_& module);
 /// Adds check, compare, sweep and runs that write a result folder.
 void bind_studies(pybind11::module_& module);
-/// Adds derivatives, periodic motions, their branches and Lyapunov exponents.
+/// Adds derivatives, periodic motions, their branches, Lyapunov exponents and output play.
 void bind_motions(pybind11::module_& module);
 
 }  // namespace freeplay::python

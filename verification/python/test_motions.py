@@ -1,11 +1,13 @@
-"""Periodic motions, their branches and Lyapunov exponents, against closed forms."""
+"""Periodic motions, their branches, Lyapunov exponents and output play, against closed forms."""
 
 import unittest
+from pathlib import Path
 
 import numpy as np
 
 import freeplay as fp
 
+ROOT = Path(__file__).resolve().parents[2]
 OSCILLATOR = {
     "gravity": [0.0, 0.0],
     "bodies": {"mass": {"mass": 1.0, "inertia": 0.01, "position": [0.0, 0.0]}},
@@ -164,6 +166,92 @@ class Motions(unittest.TestCase):
             self.assertAlmostEqual(value, -2, delta=0.1)
         self.assertAlmostEqual(found.sum, -4, delta=1e-6)
         self.assertAlmostEqual(found.sum_predicted, -4, delta=1e-6)
+
+    def test_play(self):
+        scene = ROOT / "verification/scenes/play/four_bar.toml"
+        found = fp.play(scene, ["rocker.theta", "coupler.x"], "A", 0.0, np.pi, points=7)
+        self.assertEqual((found.joint, found.unit), ("A", "rad"))
+        np.testing.assert_allclose(found.positions, np.linspace(0, np.pi, 7), rtol=1e-15)
+        self.assertEqual(found.refusals, [""] * 7)
+        self.assertEqual(list(found.clearances["joint"]), ["B", "C"])
+        np.testing.assert_allclose(found.clearances["clearance"], 1e-4)
+        rocker = found.ranges["rocker.theta"]
+        self.assertEqual(rocker.unit, "rad")
+        self.assertEqual(found.ranges["coupler.x"].unit, "m")
+        # The coupler acts as one of the length 0.3 m -+ 0.2 mm: published digits, at 0, 60, 90 and 180 degrees.
+        width = [2.000000224e-3, 1.719778598e-3, 1.614414836e-3, 1.697056820e-3]
+        np.testing.assert_allclose(rocker.width[[0, 2, 3, 6]], width, rtol=0, atol=5.01e-13)
+        self.assertAlmostEqual(rocker.ideal[2], 1.75468985659707918, delta=1e-12)
+        self.assertTrue((rocker.bound_least <= rocker.least).all())
+        self.assertTrue((rocker.bound_greatest >= rocker.greatest).all())
+        np.testing.assert_allclose(2 * rocker.linear, rocker.width, rtol=1e-5)
+        np.testing.assert_allclose(rocker.parts.sum(axis=1), rocker.width, rtol=1e-12)
+        np.testing.assert_allclose(rocker.variance, 0.5, rtol=1e-9)
+        # theta of the third body
+        np.testing.assert_allclose(found.poses[:, 8], rocker.ideal, rtol=1e-14)
+        np.testing.assert_allclose(rocker.at_greatest[:, 8], rocker.greatest, rtol=1e-14)
+        self.assertTrue(rocker.settled.all())
+        self.assertIsNone(rocker.quantiles)
+        self.assertIsNone(rocker.loaded_up)
+        self.assertIsNone(found.up)
+        self.assertIsNone(found.allocation)
+        self.assertIn("50 % by B", rocker.verdict)
+        self.assertEqual(found.verdicts[0], rocker.verdict)
+
+    def test_play_at_the_start(self):
+        scene = ROOT / "verification/scenes/play/four_bar.toml"
+        found = fp.play(scene, ["rocker.theta"], samples=1000, loads=True, set={"gravity": [0.0, -9.81]})
+        rocker = found.ranges["rocker.theta"]
+        self.assertEqual(len(found.positions), 1)
+        self.assertAlmostEqual(rocker.width[0], 1.719778598e-3, delta=5.01e-13)
+        self.assertEqual(list(rocker.quantiles.columns), [0.00135, 0.025, 0.5, 0.975, 0.99865])
+        quantiles = rocker.quantiles.to_numpy()[0]
+        self.assertTrue((np.diff(quantiles) > 0).all())
+        self.assertTrue(rocker.least[0] <= quantiles[0] and quantiles[-1] <= rocker.greatest[0])
+        self.assertAlmostEqual(quantiles[2], rocker.ideal[0], delta=0.1 * rocker.width[0])
+        self.assertEqual(found.up.failures, [""])
+        self.assertTrue(rocker.bound_least[0] <= rocker.loaded_up[0] <= rocker.bound_greatest[0])
+        self.assertEqual(found.up.poses[0, 8], rocker.loaded_up[0])
+        self.assertEqual(list(found.up.reactions.columns[:3]), ["A.fx", "A.fy", "A.m"])
+        self.assertEqual(len(found.jumps), 0)
+
+    def test_play_allocates_clearances(self):
+        scene = ROOT / "verification/scenes/play/four_bar.toml"
+        # The width follows from the sum of both clearances. Costs 4/c_B + 1/c_C are least with c_B = 2 c_C.
+        costs = [
+            {"joint": "B", "cost": 4, "exponent": 1, "least": 1e-6, "greatest": 1e-3},
+            {"joint": "C", "cost": 1, "exponent": 1, "least": 1e-6, "greatest": 1e-3},
+        ]
+        found = fp.play(scene, ["rocker.theta"], target=1.719778598e-3, costs=costs)
+        np.testing.assert_allclose(found.allocation["before"], 1e-4)
+        np.testing.assert_allclose(found.allocation["after"], [0.4e-3 / 3, 0.2e-3 / 3], rtol=1e-7)
+        self.assertEqual(list(found.allocation["limit"]), ["", ""])
+        np.testing.assert_allclose(found.clearances["clearance"], found.allocation["after"])
+        with self.assertRaisesRegex(fp.SceneError, "cannot be met"):
+            fp.play(scene, ["rocker.theta"], target=1e-4, costs=costs[:1])
+
+    def test_play_refuses(self):
+        scene = ROOT / "verification/scenes/play/four_bar.toml"
+        with self.assertRaisesRegex(fp.SceneError, "no quantity"):
+            fp.play(scene, ["rocker.tip"])
+        with self.assertRaisesRegex(fp.SceneError, "no drive prescribes"):
+            fp.play(scene, ["rocker.theta"], "B", 0.0, 1.0)
+        with self.assertRaisesRegex(fp.SceneError, "dead centre"):
+            fp.play(scene, ["rocker.theta"], set={"joints.B.clearance": 0.04, "joints.B.bearing_radius": 0.5})
+        with self.assertRaisesRegex(fp.SceneError, "points"):
+            fp.play(scene, ["rocker.theta"], "A", 0.0, 1.0, points=0)
+        with self.assertRaisesRegex(fp.SceneError, "samples"):
+            fp.play(scene, ["rocker.theta"], samples=10)
+        with self.assertRaises(TypeError):
+            fp.play(scene, ["rocker.theta"], "A")
+        with self.assertRaises(TypeError):
+            fp.play(scene, ["rocker.theta"], target=1e-3)
+        with self.assertRaises(ValueError):
+            fp.play(scene, ["rocker.theta"], place="outside")
+        stop = fp.Stop()
+        stop.set()
+        with self.assertRaises(fp.Interrupted):
+            fp.play(scene, ["rocker.theta"], stop=stop)
 
 
 if __name__ == "__main__":
