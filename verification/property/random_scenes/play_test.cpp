@@ -181,7 +181,7 @@ void follow_loads(const std::vector<Vec2>& loads, double turns) {
       for (const auto& row : motion.rows) {
         const double crank = row.q[2], x = row.q[6];
         outside = std::max({outside, slider(crank, l - c) - x, x - slider(crank, l + c)});
-        if (row.t < 1.5) continue;
+        if (row.t < 5) continue;
         // The deviation of the loaded pose, between its positions.
         const double place = std::clamp(crank / std::numbers::pi * 180, 0.0, 719.999);
         const auto i = static_cast<std::size_t>(place);
@@ -191,12 +191,12 @@ void follow_loads(const std::vector<Vec2>& loads, double turns) {
         const double loaded = deviation(i) + (place - std::floor(place)) * (deviation(i + 1) - deviation(i));
         beside.push_back(std::abs(x - slider(crank, l) - loaded));
       }
-      // Penetration is below 1e-3 of the clearance; the damper's force, 2 N s/m · 0.025 m/s, is 1 % of half the
-      // weight of the rod, and the journal swings by a few per cent when the slider turns around.
+      // Penetration is below 1e-3 of the clearance. The damper's force, 2 N s/m · 0.025 m/s, is 1 % of half the weight
+      // of the rod; the first swing of the journal decays by half in a second.
       CHECK(outside < 1e-3 * c);
       std::ranges::sort(beside);
-      CHECK(beside[beside.size() / 2] < 0.06 * c);
-      CHECK(beside.back() < 0.2 * c);
+      CHECK(beside[beside.size() / 2] < 0.015 * c);
+      CHECK(beside.back() < 0.04 * c);
     }
   }
 }
@@ -204,7 +204,7 @@ void follow_loads(const std::vector<Vec2>& loads, double turns) {
 }  // namespace
 
 TEST_CASE("slow motions stay within the range and follow the loaded poses", "[play]") {
-  follow_loads({{3, -20}}, 0.25);
+  follow_loads({{3, -20}}, 0.5);
 }
 
 TEST_CASE("slow motions over two turns stay within the range under several loads", "[play][long]") {
