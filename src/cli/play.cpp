@@ -96,6 +96,13 @@ void print_quantiles(const Play& play) {
                             quantity.unit(), std::max(x.error[1], x.error[3]), most->least - most->ideal,
                             most->greatest - most->ideal),
                 2));
+    if (play.tolerances.empty()) continue;
+    auto shares = by_joint(play, most->variance);
+    std::ranges::stable_sort(shares, std::ranges::greater{}, &std::pair<std::string, double>::second);
+    std::string text;
+    for (const auto& [name, share] : shares)
+      text += fmt::format("{}{:.0f} % by {}", text.empty() ? "" : ", ", 100 * share, name);
+    fmt::print("{}", wrapped(fmt::format("shares in its variance to first order: {}\n", text), 2));
   }
 }
 
