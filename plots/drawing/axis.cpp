@@ -134,6 +134,15 @@ Script AxisTitle::label(std::size_t most) const {
                       Marked{fmt::format("({})", unit)});
 }
 
+double round_factor(double x) {
+  if (!(x > 1)) return 1;
+  const double power = std::pow(10, std::floor(std::log10(x))), first = x / power;
+  return power * (first < std::sqrt(2.0)    ? 1
+                  : first < std::sqrt(10.0) ? 2
+                  : first < std::sqrt(50.0) ? 5
+                                            : 10);
+}
+
 Axis axis_of(double least, double greatest) {
   if (!(least <= greatest)) return {0, 1};
   const double size = std::max(std::abs(least), std::abs(greatest)), range = greatest - least;

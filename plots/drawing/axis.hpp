@@ -89,6 +89,9 @@ struct Axis {
   /// In increasing order, instead of tics at equal distances; with_tics() removes those that touch.
   std::vector<Tic> tics = {};
 };
+/// The nearest 1, 2 or 5 times a power of ten, at least 1: a magnification.
+double round_factor(double x);
+
 /// A linear axis over values, with a margin. A constant gets a range about it that rounding does
 /// not fill: values that differ by less than 1e-4 of their size need no more than five digits.
 Axis axis_of(double least, double greatest);

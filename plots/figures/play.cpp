@@ -135,16 +135,6 @@ AxisTitle title_of_output(const Output& y, const std::string& unit) {
   return is_coordinate ? title_of_column(y.name, unit) : AxisTitle::plain(y.name, unit);
 }
 
-/// The nearest 1, 2 or 5 times a power of ten, at least 1.
-double round_factor(double x) {
-  if (!(x > 1)) return 1;
-  const double power = std::pow(10, std::floor(std::log10(x))), first = x / power;
-  return power * (first < std::sqrt(2.0)    ? 1
-                  : first < std::sqrt(10.0) ? 2
-                  : first < std::sqrt(50.0) ? 5
-                                            : 10);
-}
-
 PanelCurve curve(Word columns, Word look, std::string title = "") {
   return {Script().add("DATA index 0 using {} with {}", columns, look), std::move(title)};
 }

@@ -11,6 +11,7 @@
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
+#include "plots/figures/pose.hpp"
 #include "plots/tables/table.hpp"
 
 namespace freeplay::plots {
@@ -19,17 +20,7 @@ namespace freeplay::plots {
 // its own colour with its name, joints, supports, guides, walls, discs and springs
 // (io/scene/pose_file.hpp defines the shapes).
 
-namespace {
-
-constexpr std::size_t most_names = 40;  // number of bodies with names in the figure
-constexpr Word body_colours[] = {"C1", "C2", "C4", "C5", "C6", "C7", "C8"};
-
-struct Shape {
-  std::string kind, name;
-  double x, y, a, b;
-};
-
-std::vector<Shape> read(const std::filesystem::path& file) {
+std::vector<Shape> shapes_in(const std::filesystem::path& file) {
   const ReadTable table(file, {"shape", "name"}, {"x", "y", "a", "b"});
   std::vector<Shape> list;
   for (std::size_t i = 0; i < table.rows(); ++i)
@@ -38,16 +29,10 @@ std::vector<Shape> read(const std::filesystem::path& file) {
   return list;
 }
 
-/// Bounding box of the shapes.
-struct Frame {
-  double left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
-
-  void hold(double x, double y, double r) {
-    left = std::min(left, x - r), right = std::max(right, x + r);
-    low = std::min(low, y - r), high = std::max(high, y + r);
-  }
-  double size() const { return std::max({right - left, high - low, 1e-12}); }
-};
+void Frame::hold(double x, double y, double r) {
+  left = std::min(left, x - r), right = std::max(right, x + r);
+  low = std::min(low, y - r), high = std::max(high, y + r);
+}
 
 Frame frame_of(const std::vector<Shape>& shapes) {
   Frame f;
@@ -60,24 +45,10 @@ Frame frame_of(const std::vector<Shape>& shapes) {
   return f;
 }
 
-/// Collects the elements of the plot command; each draws one data block.
-class Sheet {
- public:
-  explicit Sheet(Figure& figure) : figure_(figure) {}
-  void curve(Block block, const Script& style) {
-    if (block.empty()) return;
-    list_.add("{}DATA index {} using 1:2 {} notitle", list_.empty() ? Word("plot ") : Word(", "),
-              figure_.blocks.size(), style);
-    figure_.blocks.push_back(std::move(block));
-  }
-  void finish() { figure_.script.add("{}\n", list_); }
+namespace {
 
- private:
-  Figure& figure_;
-  Script list_;
-};
-
-Script with(Word style) { return Script().add("{}", style); }
+constexpr std::size_t most_names = 40;  // number of bodies with names in the figure
+constexpr Word body_colours[] = {"C1", "C2", "C4", "C5", "C6", "C7", "C8"};
 
 /// Hatching behind a line through (x, y) along (cx, cy): marks a fixed part.
 void hatch(Block& block, double x, double y, double cx, double cy, double length, double stroke) {
@@ -183,24 +154,32 @@ Block faces(const std::vector<Shape>& shapes) {
   return block;
 }
 
-Block points(const std::vector<Shape>& shapes, std::string_view kind) {
+Block marks(const std::vector<Shape>& shapes, std::string_view kind) {
   Block block(kind);
   for (const auto& s : shapes)
     if (s.kind == kind) block.row({s.x, s.y});
   return block;
 }
 
-void links(const std::vector<Shape>& shapes, Sheet& sheet, std::map<std::string, std::size_t>& colour) {
+/// The number of each body, for its colour.
+std::map<std::string, std::size_t> numbers_of(const std::vector<Shape>& shapes) {
+  std::map<std::string, std::size_t> numbers;
+  for (const auto& s : shapes)
+    if (s.kind == "mass") numbers.emplace(s.name, numbers.size());
+  return numbers;
+}
+
+void add_links(const std::vector<Shape>& shapes, std::vector<ShapeCurve>& curves) {
+  auto colour = numbers_of(shapes);
   std::vector<std::pair<std::string, Block>> bodies;
   for (const auto& s : shapes) {
-    if (s.kind == "mass" && !colour.contains(s.name)) colour.emplace(s.name, colour.size());
     if (s.kind != "link") continue;
     if (bodies.empty() || bodies.back().first != s.name) bodies.emplace_back(s.name, Block(s.name));
     bodies.back().second.row({s.x, s.y});
   }
   for (auto& [name, block] : bodies)
-    sheet.curve(std::move(block), Script().add("with lines lw 3 lc rgb {}",
-                                               body_colours[colour[name] % std::size(body_colours)]));
+    curves.push_back({std::move(block), Script().add("with lines lw 3 lc rgb {}",
+                                                     body_colours[colour[name] % std::size(body_colours)])});
 }
 
 /// Where a name is relative to its body.
@@ -265,8 +244,35 @@ class NamePlaces {
   std::vector<Box> names_;
 };
 
+}  // namespace
+
+std::vector<ShapeCurve> pose_curves(const std::vector<Shape>& shapes, double u, double wall) {
+  std::vector<ShapeCurve> curves;
+  const auto add = [&](Block block, Word style) {
+    curves.push_back({std::move(block), Script().add("{}", style)});
+  };
+  add(guides(shapes, u, wall), "with lines lw 1.2 lc rgb '#888888'");
+  add(supports(shapes, u), "with lines lw 1 lc rgb '#444444'");
+  add(circles(shapes, "disc", 0.1 * u), "with lines lw 1.6 lc rgb '#444444'");
+  add(faces(shapes), "with lines lw 2 lc rgb '#444444'");
+  add(springs(shapes, u), "with lines lw 1.2 lc rgb C4");
+  add(sliders(shapes, u), "with lines lw 2 lc rgb '#000000'");
+  add_links(shapes, curves);
+  add(circles(shapes, "loose", 0.5 * u), "with lines lw 1.4 lc rgb C8");
+  add(marks(shapes, "loose"), "with points pt 7 ps 0.5 lc rgb C8");
+  add(marks(shapes, "weld"), "with points pt 5 ps 0.9 lc rgb '#000000'");
+  add(marks(shapes, "joint"), "with points pt 9 ps 0.9 lc rgb '#000000'");
+  add(marks(shapes, "pin"), "with points pt 7 ps 0.9 lc rgb '#ffffff'");
+  add(marks(shapes, "pin"), "with points pt 6 ps 0.9 lw 1.5 lc rgb '#000000'");
+  add(marks(shapes, "mass"), "with points pt 1 ps 1.2 lw 1.2 lc rgb '#000000'");
+  std::erase_if(curves, [](const ShapeCurve& curve) { return curve.block.empty(); });
+  return curves;
+}
+
+namespace {
+
 std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder) {
-  const auto shapes = read(folder / "pose.csv");
+  const auto shapes = shapes_in(folder / "pose.csv");
   if (shapes.empty()) return {};
   const auto frame = frame_of(shapes);
   const double size = frame.size(), u = 0.025 * size;
@@ -289,22 +295,13 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
                 std::min(8.0, (f.height_cm / unit - 2) / (1.45 * line_height)))
           .step);
   f.caption = JsonFile(folder / "pose.json").text("title");
-  Sheet sheet(f);
-  std::map<std::string, std::size_t> colour;
-  sheet.curve(guides(shapes, u, 0.8 * size), with("with lines lw 1.2 lc rgb '#888888'"));
-  sheet.curve(supports(shapes, u), with("with lines lw 1 lc rgb '#444444'"));
-  sheet.curve(circles(shapes, "disc", 0.1 * u), with("with lines lw 1.6 lc rgb '#444444'"));
-  sheet.curve(faces(shapes), with("with lines lw 2 lc rgb '#444444'"));
-  sheet.curve(springs(shapes, u), with("with lines lw 1.2 lc rgb C4"));
-  sheet.curve(sliders(shapes, u), with("with lines lw 2 lc rgb '#000000'"));
-  links(shapes, sheet, colour);
-  sheet.curve(circles(shapes, "loose", 0.5 * u), with("with lines lw 1.4 lc rgb C8"));
-  sheet.curve(points(shapes, "loose"), with("with points pt 7 ps 0.5 lc rgb C8"));
-  sheet.curve(points(shapes, "weld"), with("with points pt 5 ps 0.9 lc rgb '#000000'"));
-  sheet.curve(points(shapes, "joint"), with("with points pt 9 ps 0.9 lc rgb '#000000'"));
-  sheet.curve(points(shapes, "pin"), with("with points pt 7 ps 0.9 lc rgb '#ffffff'"));
-  sheet.curve(points(shapes, "pin"), with("with points pt 6 ps 0.9 lw 1.5 lc rgb '#000000'"));
-  sheet.curve(points(shapes, "mass"), with("with points pt 1 ps 1.2 lw 1.2 lc rgb '#000000'"));
+  Script plot;
+  for (auto& [block, style] : pose_curves(shapes, u, 0.8 * size)) {
+    plot.add("{}DATA index {} using 1:2 {} notitle", plot.empty() ? Word("plot ") : Word(", "),
+             f.blocks.size(), style);
+    f.blocks.push_back(std::move(block));
+  }
+  auto colour = numbers_of(shapes);
   const double per_cm =
       std::max(wide / (f.width_cm - 2.5 * unit), tall / std::max(f.height_cm - 2 * unit, 1.0));
   NamePlaces places(shapes, frame, per_cm * unit);
@@ -321,7 +318,7 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
                  s.y, place.left ? Word("right") : Word("left"), place.left ? -0.9 : 0.9, place.up,
                  body_colours[colour[s.name] % std::size(body_colours)]);
   }
-  sheet.finish();
+  f.script.add("{}\n", plot);
   return {draw(f, folder)};
 }
 

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "analysis/play/play_allocation.hpp"
 #include "analysis/play/play_documents.hpp"
@@ -22,6 +23,7 @@
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/points_file.hpp"
+#include "io/scene/pose_file.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/read_scene.hpp"
 #include "mechanism/scene.hpp"
@@ -230,6 +232,19 @@ void print(const Allocation& found, double target, const char* unit) {
              table.terminal({20, 12, 12, 10, 10}), found.cost, found.cost_before);
 }
 
+/// The shapes of the ideal mechanism at the positions that have a region (pose_file.hpp).
+Table region_poses(const Scene& scene, const Play& play) {
+  Table table("at,shape,name,x,y,a,b");
+  std::set<std::size_t> positions;
+  for (const auto& region : play.regions) positions.insert(region.position);
+  for (const auto i : positions) {
+    const auto& p = play.positions[i];
+    for (const auto& s : pose_shapes(scene, p.pose))
+      table.row(p.coordinate, s.kind, s.name, s.at.x(), s.at.y(), s.more.x(), s.more.y());
+  }
+  return table;
+}
+
 int play(const PlayCommand& request) {
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   ask(scene);
@@ -255,6 +270,10 @@ int play(const PlayCommand& request) {
     write_file(set.place() / "play_parts.csv", play_parts_table(found).csv());
     if (allocation) write_file(set.place() / "allocation.csv", allocation_table(*allocation).csv());
     if (found.loaded) write_file(set.place() / "play_loads.csv", play_loads_table(found).csv());
+    if (!found.regions.empty()) {
+      write_file(set.place() / "play_region.csv", play_region_table(found).csv());
+      write_file(set.place() / "play_pose.csv", region_poses(scene, found).csv());
+    }
     write_json(set.place() / "play.json", to_json(found), provenance(scene));
     set.commit();
     fmt::print("\n");

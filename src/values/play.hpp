@@ -109,6 +109,24 @@ struct PlayPosition {
   LoadedPose up, down;            ///< approached from the position before, and from the next one
 };
 
+/// The farthest place of a point in a direction.
+struct FarthestPlace {
+  double direction = 0;  ///< φ (rad), from the x axis
+  double x = 0;          ///< m
+  double y = 0;          ///< m
+  double bound = 0;      ///< m: no place is farther than this from the ideal one along φ
+};
+
+/// The reachable region of a point at one position. The farthest places determine the convex hull of the region,
+/// which differs from it by about clearance²/length.
+struct PointRegion {
+  std::string point;                    ///< BODY or BODY.POINT
+  std::size_t position = 0;             ///< index in Play::positions
+  double ideal_x = 0;                   ///< m, without clearances
+  double ideal_y = 0;                   ///< m, without clearances
+  std::vector<FarthestPlace> farthest;  ///< in directions all around
+};
+
 /// A journal or tooth that changes sides between two neighbouring positions.
 struct PlayJump {
   std::string joint;  ///< name
@@ -130,6 +148,7 @@ struct Play {
   bool loaded = false;                      ///< whether positions have loaded poses
   std::vector<std::string> reactions = {};  ///< joints whose reactions they have
   std::vector<PlayJump> jumps = {};         ///< of the loaded poses
+  std::vector<PointRegion> regions = {};    ///< of points both of whose coordinates are quantities
 };
 
 }  // namespace freeplay

@@ -342,11 +342,26 @@ bool LooseMechanism::close(const Eigen::VectorXd& u, double t, Eigen::VectorXd& 
   return false;
 }
 
+void LooseMechanism::combine(int x, int y, double direction) {
+  combination_ = {terms(x)[0], terms(y)[0]};
+  combination_[0].weight = std::cos(direction), combination_[1].weight = std::sin(direction);
+}
+
+std::array<LooseMechanism::Term, 2> LooseMechanism::terms(int k) const {
+  if (k == combined) return combination_;
+  return {Term{static_cast<std::size_t>(quantities_) + static_cast<std::size_t>(k), 1}, Term{}};
+}
+
 double LooseMechanism::output(int k, Eigen::VectorXd& gradient) {
-  const auto index = static_cast<std::size_t>(quantities_) + static_cast<std::size_t>(k);
-  point_->gradient(index, g_);
-  gradient = Eigen::Map<const Eigen::VectorXd>(g_.data(), n_);
-  return point_->output(index);
+  double value = 0;
+  gradient.setZero(n_);
+  for (const auto& term : terms(k)) {
+    if (term.weight == 0) continue;
+    point_->gradient(term.output, g_);
+    gradient += term.weight * Eigen::Map<const Eigen::VectorXd>(g_.data(), n_);
+    value += term.weight * point_->output(term.output);
+  }
+  return value;
 }
 
 bool LooseMechanism::enclose(const Poses& poses, double t, Enclosures& f) {
@@ -403,7 +418,8 @@ template <class N, class Put>
 void LooseMechanism::each_second(CurvatureTape<N>& tape, int k, double sign, const Eigen::VectorXd& lambda,
                                  const Eigen::VectorXd& u, Put put) {
   std::vector<N> weights(tape.outputs(), N(0)), pair(tape.outputs(), N(0)), second, g(tape.variables());
-  weights[static_cast<std::size_t>(quantities_) + static_cast<std::size_t>(k)] = sign;
+  for (const auto& term : terms(k))
+    if (term.weight != 0) weights[term.output] = sign * term.weight;
   for (int i = 0; i < n_; ++i) {
     const auto& row = rows_[static_cast<std::size_t>(i)];
     const auto output = static_cast<std::size_t>(row.output);

@@ -102,7 +102,10 @@ class LooseMechanism {
   /// Newton's method for F = 0 from q, to rounding; `f` and `factors` are those of the result. False if it
   /// does not converge.
   bool close(const Eigen::VectorXd& u, double t, Eigen::VectorXd& q, Equations& f, DenseLu& factors);
-  /// Value of quantity k and its gradient by q, at the position of the last equations().
+  /// The output `combined` is the coordinate cos φ · x + sin φ · y of the quantities x and y along the direction φ.
+  static constexpr int combined = -1;
+  void combine(int x, int y, double direction);
+  /// Value of quantity k, or of `combined`, and its gradient by q, at the position of the last equations().
   double output(int k, Eigen::VectorXd& gradient);
   /// The second derivatives of sign · y_k − λᵀF by (q, u), at the position of the last equations().
   void second(int k, double sign, const Eigen::VectorXd& lambda, const Eigen::VectorXd& u,
@@ -141,6 +144,13 @@ class LooseMechanism {
     std::size_t slot;
     double first, second;
   };
+  /// An output of the tape with its weight.
+  struct Term {
+    std::size_t output = 0;
+    double weight = 0;
+  };
+  /// Output k as a weighted sum of outputs of the tape.
+  std::array<Term, 2> terms(int k) const;
   void list_rows(const Mechanism& mechanism, const System& ideal, const System& loose);
   /// The constants of the equations and quantities of a mechanism that is traced.
   TracedObject traced(const Mechanism& mechanism, const std::vector<OutputQuantity>& quantities,
@@ -165,6 +175,7 @@ class LooseMechanism {
   std::vector<Tolerance> tolerances_;
   std::vector<VariedConstant> varied_;
   std::vector<double> constants_;  // as stated; empty if none varies
+  std::array<Term, 2> combination_;
   std::unique_ptr<CurvatureTape<double>> point_;
   std::unique_ptr<CurvatureTape<Interval>> box_;
   std::vector<double> x_, g_, h_;

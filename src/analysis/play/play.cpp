@@ -13,6 +13,7 @@
 #include "analysis/play/play_documents.hpp"
 #include "analysis/play/play_extremes.hpp"
 #include "analysis/play/play_loads.hpp"
+#include "analysis/play/play_region.hpp"
 #include "analysis/play/play_statistics.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "io/scene/scene_text.hpp"
@@ -222,6 +223,7 @@ Play find_play(const Scene& scene, const PlayOptions& options) {
   }
   if (std::ranges::none_of(play.positions, [](const auto& p) { return p.refusal.empty(); }))
     throw ModelError(play.joint.empty() ? "" : "joints." + play.joint, play.positions.front().refusal);
+  add_regions(mechanism, extremes, play, options.stop);
   if (options.loads) add_loaded(m, driven.joint, quantities, play, options.stop);
   return play;
 }

@@ -17,6 +17,9 @@ Table play_parts_table(const Play& play);
 /// play_loads.csv: the coordinate, then the reaction of each joint on its second body, JOINT.fx_up, .fy_up, .m_up
 /// and likewise down.
 Table play_loads_table(const Play& play);
+/// play_region.csv: at (coordinate of the driven joint), point, ideal_x, ideal_y (m), and for each direction phi (rad)
+/// the farthest place x, y and `bound`, the bound of its distance from the ideal place along phi (m).
+Table play_region_table(const Play& play);
 /// play.json, without provenance.
 nlohmann::json to_json(const Play& play);
 

@@ -115,6 +115,51 @@ TEST_CASE("the parts of the joints in a range are stacked", "[figures][play]") {
              Contains("title \"B\"") && Contains("title \"C\"") && Contains("1:3:4 with filledcurves"));
 }
 
+TEST_CASE("the region of a point is magnified about its ideal place", "[figures][play]") {
+  // An arm of 0.5 m at 0° and 90°, whose tip has a disc of 1 mm there and one of 0.8 mm. The picture of the poses and
+  // their margin is 0.6 m wide, a tenth of it 30 times 2 mm, nearest to 20.
+  const test::TemporaryFolder folder;
+  make_folder(folder.path());
+  const auto write = [&](const char* name, const std::string& text) {
+    write_file(folder.path() / name, text);
+  };
+  write("play.json",
+        json{{"joint", "A"}, {"unit", "rad"}, {"quantities", json::array()}, {"provenance", provenance()}}
+            .dump());
+  write("play.csv", "A,arm.tip.x.ideal,arm.tip.y.ideal\n0,0.5,0\n0.8,,\n1.6,0,0.5\n");
+  write("play_pose.csv",
+        "at,shape,name,x,y,a,b\n0,link,arm,0,0,0,0\n0,link,arm,0.5,0,0,0\n0,support,A,0,0,0,0\n"
+        "1.6,link,arm,0,0,0,0\n1.6,link,arm,0,0.5,0,0\n1.6,support,A,0,0,0,0\n");
+  std::string regions = "at,point,ideal_x,ideal_y,phi,x,y,bound\n";
+  for (const double at : {0.0, 1.6})
+    for (int d = 0; d < 8; ++d) {
+      const double phi = std::numbers::pi / 4 * d, radius = at == 0 ? 1e-3 : 0.8e-3;
+      const double x = at == 0 ? 0.5 : 0, y = at == 0 ? 0 : 0.5;
+      // Only the first region has bounds that differ from it.
+      regions += fmt::format("{},arm.tip,{},{},{},{},{},{}\n", at, x, y, phi, x + radius * std::cos(phi),
+                             y + radius * std::sin(phi), at == 0 ? 1.1e-3 : 0.8e-3);
+    }
+  write("play_region.csv", regions);
+  const auto made = plots::all(folder.path());
+  const auto figures = folder.path() / "figures";
+  REQUIRE(made == std::vector{figures / "play_region_arm.tip.pdf"});
+  const auto script = test::file_text(figures / "play_region_arm.tip.gp");
+  CHECK_THAT(script, Contains("magnified 20 times") && Contains("region \\303\\227 20") &&
+                         Contains("\"ideal path\"") && Contains("\"bound\"") && Contains("91.67\\302\\260"));
+  // The blocks of the regions and of the first one's bound, whose polygon has its first corner at 22.5° and the
+  // distance of 1.1 mm/cos 22.5°.
+  const auto data = test::file_text(figures / "play_region_arm.tip.dat");
+  const auto first_row = [&](std::size_t from, const char* heading) {
+    std::istringstream text(data.substr(data.find(heading, from) + std::strlen(heading)));
+    double x = NAN, y = NAN;
+    text >> x >> y;
+    return std::vector{x, y};
+  };
+  check_row(first_row(0, "# region\n"), {0.5 + 20 * 1e-3, 0});
+  check_row(first_row(data.find("# region") + 1, "# region\n"), {20 * 0.8e-3, 0.5});
+  check_row(first_row(0, "# bound\n"), {0.5 + 20 * 1.1e-3, 20 * 1.1e-3 * std::tan(std::numbers::pi / 8)});
+}
+
 TEST_CASE("play draws its figures in a style, over positions only", "[figures][play]") {
   const test::TemporaryFolder folder;
   const auto play = [&](const std::string& more) {
@@ -125,6 +170,8 @@ TEST_CASE("play draws its figures in a style, over positions only", "[figures][p
   CHECK_THAT(play("--over main --from 0 --to '360 deg' --points 13 --style journal-single").out,
              Contains("play_band_slider.x.pdf") && Contains("play_parts_slider.x.pdf"));
   CHECK_THAT(test::file_text(band), Contains("WIDTH = 8.4;"));
-  play("");
+  play("--of slider.y");
   CHECK_FALSE(std::filesystem::exists(band));
+  // A point without --over, in the position of the start.
+  CHECK(std::filesystem::exists(folder.path() / "play/figures/play_region_slider.pdf"));
 }

@@ -7,6 +7,7 @@
 #include "analysis/play/play.hpp"
 
 #include "analysis/play/play_allocation.hpp"
+#include "analysis/play/play_documents.hpp"
 #include "analysis/play/play_loads.hpp"
 #include "io/scene/points_file.hpp"
 #include "io/scene/read_scene.hpp"
@@ -368,4 +369,101 @@ TEST_CASE("positions without a range are refused with the reason", "[play]") {
                         {.quantities = {"output.theta"}, .over = "A", .from = 0, .to = 6, .points = 3}),
              Contains("cannot be moved") && Contains("dead centre"));
   CHECK_THAT(refusal_of(scene_named("gear_loose"), {.quantities = {"wheel.x"}}), Contains("both sides"));
+}
+
+namespace {
+
+/// The boundary of a region has the farthest places, farthest(φ), and its bounds are their distances.
+void check_region(const PointRegion& region, auto farthest) {
+  REQUIRE(region.farthest.size() == 72);
+  for (std::size_t d = 0; d < region.farthest.size(); ++d) {
+    const auto& b = region.farthest[d];
+    const double phi = static_cast<double>(d) * std::numbers::pi / 36;
+    const auto known = farthest(phi);
+    constexpr double rounding = 5e-15;  // m, of coordinates of 0.4 m
+    CAPTURE(region.point, region.position, d);
+    CHECK(b.direction == Approx(phi).margin(1e-15));
+    CHECK(std::abs(b.x - known.x()) <= rounding);
+    CHECK(std::abs(b.y - known.y()) <= rounding);
+    const double reach =
+        std::cos(phi) * (known.x() - region.ideal_x) + std::sin(phi) * (known.y() - region.ideal_y);
+    CHECK(b.bound >= reach);
+    CHECK(b.bound <= reach + rounding);
+  }
+}
+
+/// The one of some places that is farthest along φ.
+Vec2 farthest_of(const std::vector<Vec2>& places, double phi) {
+  return *std::ranges::max_element(
+      places, {}, [&](const Vec2& p) { return std::cos(phi) * p.x() + std::sin(phi) * p.y(); });
+}
+
+}  // namespace
+
+TEST_CASE("the region of an arm's tip is a disc", "[play]") {
+  // The drives hold the directions of both links, so that the tip moves by the sum of the eccentricities of its
+  // pins: a disc with the radius c₁ + c₂.
+  const double c1 = 1e-4, c2 = 2e-4;
+  const std::string text = test::body("upper", 1, 1, "position = [0.15, 0.0]\nangle = 0.0\n") +
+                           test::body("fore", 1, 1, "position = [0.38, 0.1]\nangle = 1.0\n") +
+                           test::pin("shoulder", "ground", "upper", {}, {-0.15, 0}, test::loose(c1, 5e-3)) +
+                           test::pin("elbow", "upper", "fore", {0.15, 0}, {-0.1, 0}, test::loose(c2, 5e-3)) +
+                           test::surface("s", 0.5) + test::motor("first", "shoulder", 1) +
+                           test::motor("second", "elbow", 1, "initial_angle = 1.0\n") +
+                           "[assembly]\napproximate = true\n" + test::run_for(1);
+  auto scene = parse_scene(text, "arm");
+  scene.mechanism.bodies[1].points = {{"tip", {0.1, 0}}};
+  const PlayOptions options{
+      .quantities = {"fore.tip.x", "fore.tip.y"}, .over = "shoulder", .to = 2, .points = 9};
+  const auto play = find_play(scene, options);
+  REQUIRE(play.regions.size() == 4);
+  for (const auto& region : play.regions) {
+    const double turn = play.positions[region.position].coordinate;
+    const Vec2 tip{0.3 * std::cos(turn) + 0.2 * std::cos(turn + 1),
+                   0.3 * std::sin(turn) + 0.2 * std::sin(turn + 1)};
+    check_region(region, [&](double phi) {
+      return Vec2{tip.x() + (c1 + c2) * std::cos(phi), tip.y() + (c1 + c2) * std::sin(phi)};
+    });
+  }
+  CHECK(play_region_table(play).rows().size() == 4 * 72);
+  auto one = options;
+  one.quantities.pop_back();
+  CHECK(find_play(scene, one).regions.empty());
+}
+
+TEST_CASE("the region of a five-bar's pin is that of two annuli", "[play]") {
+  // The couplers act as links of the lengths l₁ ± c_B and l₂ ± (c_C + c_D) from the pins B and D of the cranks. The
+  // region has four corners. The outer arcs have a farthest place between the corners only in directions that
+  // differ from that of a link by less than 0.05°.
+  const double left = 1.7453292519943296, right = 1.2217304763960307;
+  const Vec2 B{0.1 * std::cos(left), 0.1 * std::sin(left)},
+      D{0.3 + 0.12 * std::cos(right), 0.12 * std::sin(right)};
+  std::vector<Vec2> corners;
+  for (const double r1 : {0.25 - 0.05e-3, 0.25 + 0.05e-3})
+    for (const double r2 : {0.22 - 0.14e-3, 0.22 + 0.14e-3}) {
+      const double dx = D.x() - B.x(), dy = D.y() - B.y(), distance = std::hypot(dx, dy);
+      const double along = (r1 * r1 - r2 * r2 + distance * distance) / (2 * distance),
+                   across = std::sqrt(r1 * r1 - along * along);
+      corners.push_back(
+          Vec2{B.x() + (along * dx - across * dy) / distance, B.y() + (along * dy + across * dx) / distance});
+    }
+  const auto play = find_play(scene_named("five_bar"), {.quantities = {"coupler1.tip.x", "coupler1.tip.y"}});
+  REQUIRE(play.regions.size() == 1);
+  CHECK(play.regions[0].point == "coupler1.tip");
+  check_region(play.regions[0], [&](double phi) { return farthest_of(corners, phi); });
+}
+
+TEST_CASE("the region of a rod's middle is an arc", "[play]") {
+  // The gudgeon lets the end of the rod be c above and below the line of the slider, so the rod turns about the
+  // crank pin between both ends. No direction is within the angle of the arc, 6.6° to 7.0° below the x axis.
+  const double r = 0.05, l = 0.3, c = 1e-3, crank = 0.78539816339744831;
+  std::vector<Vec2> ends;
+  for (const double height : {-c, c}) {
+    const double sine = (height - r * std::sin(crank)) / l;
+    ends.push_back(
+        Vec2{r * std::cos(crank) + l / 2 * std::sqrt(1 - sine * sine), r * std::sin(crank) + l / 2 * sine});
+  }
+  const auto play = find_play(scene_named("slider_crank"), {.quantities = {"rod.x", "rod.y"}});
+  REQUIRE(play.regions.size() == 1);
+  check_region(play.regions[0], [&](double phi) { return farthest_of(ends, phi); });
 }
