@@ -35,6 +35,17 @@ class DenseLu {
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
 };
 
+/// A⁻¹ B column by column.
+inline Eigen::MatrixXd solve_columns(const DenseLu& A, const ConstMatrix& B) {
+  Eigen::MatrixXd X(B.rows(), B.cols());
+  Eigen::VectorXd x(B.rows());
+  for (Eigen::Index j = 0; j < B.cols(); ++j) {
+    A.solve(B.col(j), x);
+    X.col(j) = x;
+  }
+  return X;
+}
+
 /// The complete orthogonal decomposition A = Q [T 0; 0 0] Zᵀ Pᵀ. Pivots below `threshold` times the
 /// greatest one count as zero; without a threshold, those below rounding.
 class MinimumNorm {

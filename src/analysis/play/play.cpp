@@ -13,7 +13,7 @@
 #include "analysis/play/play_documents.hpp"
 #include "analysis/play/play_extremes.hpp"
 #include "analysis/play/play_loads.hpp"
-#include "analysis/play/play_region.hpp"
+#include "analysis/play/point_region.hpp"
 #include "analysis/play/play_statistics.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "io/scene/scene_text.hpp"

@@ -2,85 +2,74 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
-
-#include "analysis/play/play_documents.hpp"
 
 namespace freeplay {
 namespace {
 
-constexpr int directions = 72;
-constexpr std::size_t most_positions = 4;
-
-/// The positions at which the region of a point with the coordinates x and y is computed, in increasing order.
-std::vector<std::size_t> chosen_positions(const Play& play, std::size_t x, std::size_t y) {
-  std::vector<std::size_t> known, chosen;
-  std::size_t widest = 0;
-  const auto width = [&](std::size_t i) {
-    const auto& ranges = play.positions[known[i]].ranges;
-    return std::hypot(ranges[x].width(), ranges[y].width());
-  };
-  for (std::size_t i = 0; i < play.positions.size(); ++i) {
-    if (!play.positions[i].refusal.empty()) continue;
-    known.push_back(i);
-    // Both ends of a full turn have the same width within rounding; the first one counts.
-    constexpr double more = 1 + 1e-9;
-    if (width(known.size() - 1) > more * width(widest)) widest = known.size() - 1;
-  }
-  const auto count = std::min(most_positions, known.size());
-  for (std::size_t j = 0; j < count; ++j)
-    chosen.push_back(known[(widest + j * known.size() / count) % known.size()]);
-  std::ranges::sort(chosen);
-  return chosen;
+/// Greatest size of (row ± radius)(S u + A δ) over u ∈ U and |δ| ≤ η.
+double spread(const LooseMechanism& mechanism, const Eigen::MatrixXd& S, const Eigen::RowVectorXd& row,
+              const Eigen::RowVectorXd& radius, const Eigen::MatrixXd& A, const Eigen::VectorXd& eta) {
+  const Eigen::RowVectorXd along = row * S, around = radius * S.cwiseAbs();
+  double sum = (row * A).cwiseAbs().dot(eta.transpose()) + (radius * A.cwiseAbs()).dot(eta.transpose());
+  for (const auto& c : mechanism.components())
+    sum += along.segment(c.first, c.size()).norm() + around.segment(c.first, c.size()).norm();
+  return sum;
 }
 
 }  // namespace
 
-void add_regions(LooseMechanism& mechanism, PlayExtremes& extremes, Play& play, const StopToken& stop) {
-  using Kind = PlayOutput::Kind;
-  const auto point_of = [](const PlayOutput& quantity) {
-    return quantity.name.substr(0, quantity.name.rfind('.'));
-  };
-  for (std::size_t x = 0; x < play.quantities.size(); ++x) {
-    if (play.quantities[x].kind != Kind::x) continue;
-    const auto point = point_of(play.quantities[x]);
-    const auto other = std::ranges::find_if(
-        play.quantities, [&](const auto& q) { return q.kind == Kind::y && point_of(q) == point; });
-    if (other == play.quantities.end()) continue;
-    const auto y = static_cast<std::size_t>(other - play.quantities.begin());
-    for (const auto i : chosen_positions(play, x, y)) {
-      if (stop()) throw Interrupted();
-      const auto& at = play.positions[i];
-      extremes.enclose(Eigen::Map<const Eigen::VectorXd>(at.pose.data(), mechanism.n()), at.coordinate);
-      PointRegion region{point, i, at.ranges[x].ideal, at.ranges[y].ideal, {}};
-      // Rounding of the sum of both coordinates, in which they may cancel.
-      const double rounding =
-          8 * std::numeric_limits<double>::epsilon() * (std::abs(region.ideal_x) + std::abs(region.ideal_y));
-      Eigen::VectorXd u;
-      for (int d = 0; d < directions; ++d) {
-        const double phi = 2 * std::numbers::pi * d / directions;
-        mechanism.combine(static_cast<int>(x), static_cast<int>(y), phi);
-        const auto most = extremes.greatest(LooseMechanism::combined, 1, u);
-        u = most.u;
-        region.farthest.push_back(
-            {phi, extremes.value(static_cast<int>(x), u).value_or(NAN),
-             extremes.value(static_cast<int>(y), u).value_or(NAN),
-             most.bound - std::cos(phi) * region.ideal_x - std::sin(phi) * region.ideal_y + rounding});
-      }
-      play.regions.push_back(std::move(region));
-    }
+PlayRegion enclosed_poses(LooseMechanism& mechanism, const Eigen::VectorXd& q, double t) {
+  const int n = mechanism.n(), m = mechanism.size();
+  const auto& components = mechanism.components();
+  const auto count = static_cast<Eigen::Index>(components.size());
+  PlayRegion region;
+  region.t = t, region.q = q;
+  LooseMechanism::Equations f;
+  DenseLu factors;
+  auto& box = region.derivatives;
+  if (!mechanism.close(Eigen::VectorXd::Zero(m), t, region.q, f, factors)) {
+    region.refusal = "the ideal mechanism does not close here, or is at a dead centre";
+    return region;
   }
-}
-
-Table play_region_table(const Play& play) {
-  Table table({"at", "point", "ideal_x", "ideal_y", "phi", "x", "y", "bound"});
-  for (const auto& r : play.regions)
-    for (const auto& b : r.farthest)
-      table.row(std::vector<Table::Cell>{play.positions[r.position].coordinate, r.point, r.ideal_x, r.ideal_y,
-                                         b.direction, b.x, b.y,
-                                         std::isfinite(b.bound) ? Table::cell(b.bound) : Table::cell("")});
-  return table;
+  const Eigen::MatrixXd A = solve_columns(factors, Eigen::MatrixXd::Identity(n, n));
+  region.slope = -(A * f.by_u);
+  region.width.setZero(count), region.width_change.setZero(count);
+  // s, and rounding
+  Eigen::VectorXd first = 4e-16 * (region.q.cwiseAbs().array() + mechanism.length()).matrix();
+  for (const auto& c : components)
+    for (int i = 0; i < n; ++i) first[i] += region.slope.row(i).segment(c.first, c.size()).norm();
+  Eigen::VectorXd eta = Eigen::VectorXd::Constant(n, 4e-16 * mechanism.length()), needed(n);
+  for (const auto& c : components) eta.segment(c.row, c.size()).array() += 0.02 * c.clearance;
+  constexpr int most = 25;
+  for (int i = 0; i < most; ++i) {
+    region.beyond = A.cwiseAbs() * eta;
+    region.radius = first + region.beyond;
+    if (!mechanism.enclose(region, t, box)) break;
+    const Eigen::MatrixXd change = f.by_q - box.by_q;
+    for (int row = 0; row < n; ++row)
+      needed[row] = spread(mechanism, region.slope, change.row(row), box.by_q_radius.row(row), A, eta);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const auto& c = components[static_cast<std::size_t>(k)];
+      if (c.disc) continue;
+      region.width[k] = -f.by_u(c.row, c.first);
+      region.width_change[k] =
+          spread(mechanism, region.slope, box.width_by_q.row(k), box.width_by_q_radius.row(k), A, eta);
+      needed[c.row] += region.width_change[k];
+    }
+    if ((needed.array() <= eta.array()).all()) {
+      for (Eigen::Index k = 0; k < count; ++k)
+        if (const auto& c = components[static_cast<std::size_t>(k)];
+            !c.disc && region.width_change[k] >= region.width[k])
+          region.refusal = c.joint +
+                           " may close on both sides at once within the other clearances and then "
+                           "limits them, which is not described";
+      return region;
+    }
+    eta = (1.05 * needed).cwiseMax(eta);
+    if (!eta.allFinite() || (region.beyond.array() > 20 * first.array()).all()) break;
+  }
+  region.refusal = no_bound;
+  return region;
 }
 
 }  // namespace freeplay
