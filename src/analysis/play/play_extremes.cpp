@@ -1,15 +1,57 @@
 #include "analysis/play/play_extremes.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <utility>
+
 #include "analysis/play/play_bound.hpp"
 
 namespace freeplay {
 namespace {
 
-/// Sets the value, gradient and bound of x.
-void set_bound(PlayOutput& h, PlayExtreme& x) {
-  h.evaluate(x.u, x.q);
-  x.value = h.value, x.a = h.a;
-  x.bound = x.value + excess(h, x);
+/// A part whose bound exceeds the best value found.
+struct OpenPart {
+  PlayPart part;
+  double bound;
+  int worst;  ///< entry along which it is halved
+  bool operator<(const OpenPart& other) const { return bound < other.bound; }
+};
+
+/// Improves `best` and its bound by dividing the positions, of which `open` is the first part.
+void branch(PlayOutput& h, OpenPart open, double accepted, PlayExtreme& best) {
+  constexpr int most = 64;  // parts
+  const auto& components = h.mechanism.components();
+  std::priority_queue<OpenPart> parts;
+  double closed = -INFINITY;  // greatest bound of the closed parts
+  parts.push(std::move(open));
+  for (int count = 0; count < most && !parts.empty() && parts.top().bound > best.value + accepted;
+       count += 2) {
+    const OpenPart top = parts.top();
+    parts.pop();
+    const auto halves = top.part.halves(top.worst);
+    for (const auto& part : {halves.first, halves.second}) {
+      if (!part.has_positions(components)) continue;
+      PlayExtreme x;
+      x.u = best.u;
+      for (const auto& c : components)
+        x.u.segment(c.first, c.size()) = part.nearest(c, best.u.segment(c.first, c.size()));
+      x.q = h.region.q + h.region.slope * x.u;
+      climb(h, part, x);
+      if (!h.evaluate(x.u, x.q)) {
+        closed = std::max(closed, top.bound);
+        continue;
+      }
+      if (x.value > best.value + (x.settled ? 0 : accepted)) best = x;
+      const auto bound = bound_on_part(h, x, part, best.value + accepted - x.value, false);
+      const double limit = std::min(top.bound, x.value + bound.excess);
+      if (limit > best.value + accepted)
+        parts.push({bound.reach, limit, bound.worst});
+      else
+        closed = std::max(closed, limit);
+    }
+  }
+  best.bound = std::max({best.value, closed, parts.empty() ? -INFINITY : parts.top().bound});
 }
 
 }  // namespace
@@ -36,17 +78,23 @@ std::optional<double> PlayExtremes::value(int k, const Eigen::VectorXd& u) {
 }
 
 PlayExtreme PlayExtremes::greatest(int k, double sign, const Eigen::VectorXd& start) {
+  constexpr double confirmed = 1e-10;  // excess, as a share of the linear range
   PlayOutput h(mechanism_, region_, k, sign);
+  const auto whole = PlayPart::whole(mechanism_.size());
   PlayExtreme x;
   x.u = start.size() == mechanism_.size() ? start : Eigen::VectorXd::Zero(mechanism_.size());
   x.q = region_.q + region_.slope * x.u;
-  ascend(h, x);
-  set_bound(h, x);
-  // What the bound confirms needs no further search.
-  constexpr double confirmed = 1e-10;
-  if (x.settled && x.bound - x.value <= confirmed * x.a.lpNorm<1>()) return x;
-  search_from_starts(h, x);
-  set_bound(h, x);
+  ascend(h, whole, x);
+  if (!x.settled) climb(h, whole, x);
+  h.evaluate(x.u, x.q);
+  x.value = h.value, x.a = h.a;
+  const double accepted = confirmed * x.a.lpNorm<1>() + 2 * rounding_of(h);
+  LooseMechanism::Enclosures box;
+  mechanism_.enclose(region_, region_.t, box);
+  const auto bound = bound_on_part(h, x, whole, accepted, true);
+  x.bound = x.value + bound.excess;
+  if (bound.excess > accepted && std::isfinite(bound.excess))
+    branch(h, {bound.reach, x.bound, bound.worst}, accepted, x);
   return x;
 }
 

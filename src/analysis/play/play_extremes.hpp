@@ -1,6 +1,10 @@
 // The least and the greatest value of an output over all positions that clearances permit, at one position of
 // the drives, and bounds that it cannot exceed: a box that contains all poses (play_region.hpp), a search for the
 // extreme (play_search.hpp), and its bound (play_bound.hpp).
+//
+// Where the bound does not confirm the value found, the positions are divided (branch and bound): the part with the
+// greatest bound is halved along the entry of u that contributes most to its excess, until no part may exceed the
+// best value found.
 #pragma once
 
 #include <Eigen/Core>

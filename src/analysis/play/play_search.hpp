@@ -1,13 +1,20 @@
-// The search for the greatest value of an output h(u) over all positions u within the clearances.
+// The search for the greatest value of an output h(u) in a part V of the positions within the clearances.
 //
-// h increases most along its gradient a; on U the linear function a·u is greatest at u_k = a_k/|a_k|. Setting u to
-// it repeatedly converges like (clearance/length)ⁿ, unless a joint has next to no influence. Then Ipopt maximises h
-// on U from several starts with exact first and second derivatives.
+// h increases most along its gradient a; on V the linear function a·u is greatest at the position of each
+// component that is farthest along a_k, without limits of the part at u_k = a_k/|a_k|. ascend() sets u to it
+// repeatedly, which converges like (clearance/length)ⁿ, unless a joint has next to no influence. climb() then
+// maximises the quadratic model
+//
+//     a·δu + ½ δuᵀ H δu,     H = ∂²h/∂u²
+//
+// by steps of single components, v_k = the position nearest to v_k + g_k/|H_kk| with the gradient g of the model, and
+// closes the mechanism at the result. It converges to a local maximum.
 #pragma once
 
 #include <Eigen/Core>
 
 #include "analysis/play/play_output.hpp"
+#include "analysis/play/play_part.hpp"
 
 namespace freeplay {
 
@@ -22,8 +29,8 @@ struct PlayExtreme {
 };
 
 /// Follows the gradient from x.u and x.q.
-void ascend(PlayOutput& h, PlayExtreme& x);
-/// Replaces `best` by the best of local maxima from several starts; it is the first one.
-void search_from_starts(PlayOutput& h, PlayExtreme& best);
+void ascend(PlayOutput& h, const PlayPart& part, PlayExtreme& x);
+/// Moves x to a local maximum.
+void climb(PlayOutput& h, const PlayPart& part, PlayExtreme& x);
 
 }  // namespace freeplay

@@ -103,15 +103,13 @@ TEST_CASE("ranges of outputs agree with closed forms", "[play]") {
   }
 }
 
-TEST_CASE("the bound of a joint with influence is the value found", "[play]") {
-  // Without influence at first order: a pin of the parallelogram across its links, the corner R of a slider, the
-  // pin of a planet for the planet's own angle.
+TEST_CASE("the bound is the value found", "[play]") {
+  // Some joints have no influence at first order: a pin of the parallelogram across its links, the corner R of a
+  // slider. The pin of a planet has none on the planet's own angle, at any position.
   for (const auto& known : known_ranges()) {
-    const bool weak = known.quantity == "rocker.pin.x" || known.quantity == "rocker.pin.y" ||
-                      known.quantity == "slider.R.y" || known.quantity == "planet.theta" ||
-                      known.scene == "ring_pinion";
     CAPTURE(known.scene, known.at, known.quantity);
-    if (!weak) CHECK(range_at(scene_named(known.scene), known.joint, known.at, known.quantity).gap() < 1e-9);
+    const double limit = known.quantity == "planet.theta" ? 1e-4 : 1e-9;
+    CHECK(range_at(scene_named(known.scene), known.joint, known.at, known.quantity).gap() < limit);
   }
 }
 
