@@ -77,7 +77,7 @@ struct Enclosure {
 };
 
 /// Sets the slope and the inverse of `e`; false if the box is too large.
-bool set_slopes(const PlayOutput& h, const PlayExtreme& x, Enclosure& e) {
+bool set_slopes(const OutputFunction& h, const PlayExtreme& x, Enclosure& e) {
   // |A F_q − I| ≤ N gives |F_q⁻¹| ≤ Σ Nⁱ |A| and |S̃ − S| ≤ Σ Nⁱ (|A| rad(w) + N |S|).
   const int n = h.mechanism.n(), m = h.mechanism.size();
   MatrixXd by_q = e.derivatives.by_q, by_q_radius = e.derivatives.by_q_radius, by_u = h.f.by_u;
@@ -113,7 +113,7 @@ VectorXd distances(const PlayPart& part, const VectorXd& u) {
 }
 
 /// Encloses the poses of the part; `e` has the slopes of a larger one.
-bool enclose_again(PlayOutput& h, const PlayExtreme& x, const VectorXd& d, Enclosure& e) {
+bool enclose_again(OutputFunction& h, const PlayExtreme& x, const VectorXd& d, Enclosure& e) {
   LooseMechanism::Poses poses;
   poses.q = x.q;
   poses.slope = e.slope.centre;
@@ -161,7 +161,7 @@ Enclosed positive_part(const Enclosed& P, const VectorXd& range) {
 }
 
 /// The linear terms: what they add at most, by entry of u, and half of the squares A by which they decrease h.
-void linear_terms(const PlayOutput& h, const PlayExtreme& x, const Enclosure& e, const PlayPart& reach,
+void linear_terms(const OutputFunction& h, const PlayExtreme& x, const Enclosure& e, const PlayPart& reach,
                   const VectorXd& d, VectorXd& most, MatrixXd& A) {
   most.setZero(x.u.size());
   A.setZero(x.u.size(), x.u.size());
@@ -203,7 +203,7 @@ void linear_terms(const PlayOutput& h, const PlayExtreme& x, const Enclosure& e,
 }
 
 /// Restricts the reach to the farthest positions along the gradients in the box.
-void restrict_reach(const PlayOutput& h, const PlayExtreme& x, const Enclosure& e, const Enclosed& P,
+void restrict_reach(const OutputFunction& h, const PlayExtreme& x, const Enclosure& e, const Enclosed& P,
                     const VectorXd& d, const PlayPart& part, PlayPart& reach) {
   // |λ(q) − λ| ≤ Δ = |F_q⁻¹|ᵀ (|P| |δq| + Σ_k |w_k,q| |δu_k| (|λ_k| + Δ_k))
   const MatrixXd G = e.inverse.transpose();
@@ -242,12 +242,12 @@ void restrict_reach(const PlayOutput& h, const PlayExtreme& x, const Enclosure& 
 
 }  // namespace
 
-double rounding_of(const PlayOutput& h) {
+double rounding_of(const OutputFunction& h) {
   // p(q*) − y(q*) = −λᵀF
   return std::abs(h.lambda.dot(h.f.F)) + 4 * std::numeric_limits<double>::epsilon() * std::abs(h.value);
 }
 
-PartBound bound_on_part(PlayOutput& h, const PlayExtreme& x, const PlayPart& part, double accepted,
+PartBound bound_on_part(OutputFunction& h, const PlayExtreme& x, const PlayPart& part, double accepted,
                         bool fresh) {
   constexpr int most = 8;
   constexpr double progress = 0.7;

@@ -26,14 +26,14 @@
 
 #include <cmath>
 
-#include "analysis/play/play_output.hpp"
+#include "analysis/play/output_function.hpp"
 #include "analysis/play/play_part.hpp"
 #include "analysis/play/play_search.hpp"
 
 namespace freeplay {
 
 /// The rounding of h and of the terms of its bound, at the last h.evaluate().
-double rounding_of(const PlayOutput& h);
+double rounding_of(const OutputFunction& h);
 
 struct PartBound {
   double excess = INFINITY;  ///< h(u) ≤ h(u*) + excess in V; infinite: no bound is found
@@ -43,7 +43,7 @@ struct PartBound {
 
 /// The bound about x; the last h.evaluate() is that at x.u. Rounds end when the excess is at most `accepted`. `fresh`:
 /// the last enclosure of the mechanism is that of h.region.
-PartBound bound_on_part(PlayOutput& h, const PlayExtreme& x, const PlayPart& part, double accepted,
+PartBound bound_on_part(OutputFunction& h, const PlayExtreme& x, const PlayPart& part, double accepted,
                         bool fresh);
 
 }  // namespace freeplay

@@ -19,7 +19,7 @@ struct OpenPart {
 };
 
 /// Improves `best` and its bound by dividing the positions, of which `open` is the first part.
-void branch(PlayOutput& h, OpenPart open, double accepted, PlayExtreme& best) {
+void branch(OutputFunction& h, OpenPart open, double accepted, PlayExtreme& best) {
   constexpr int most = 64;  // parts
   const auto& components = h.mechanism.components();
   std::priority_queue<OpenPart> parts;
@@ -61,7 +61,7 @@ const PlayRegion& PlayExtremes::enclose(const Eigen::VectorXd& q, double t) {
 }
 
 double PlayExtremes::ideal(int k, Eigen::VectorXd& a) {
-  PlayOutput h(mechanism_, region_, k, 1);
+  OutputFunction h(mechanism_, region_, k, 1);
   if (h.evaluate(Eigen::VectorXd::Zero(mechanism_.size())))
     a = h.a;
   else
@@ -79,7 +79,7 @@ std::optional<double> PlayExtremes::value(int k, const Eigen::VectorXd& u) {
 
 PlayExtreme PlayExtremes::greatest(int k, double sign, const Eigen::VectorXd& start) {
   constexpr double confirmed = 1e-10;  // excess, as a share of the linear range
-  PlayOutput h(mechanism_, region_, k, sign);
+  OutputFunction h(mechanism_, region_, k, sign);
   const auto whole = PlayPart::whole(mechanism_.size());
   PlayExtreme x;
   x.u = start.size() == mechanism_.size() ? start : Eigen::VectorXd::Zero(mechanism_.size());

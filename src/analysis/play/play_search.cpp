@@ -46,7 +46,7 @@ Eigen::VectorXd greatest_of_model(const LooseMechanism& mechanism, const PlayPar
 
 }  // namespace
 
-void ascend(PlayOutput& h, const PlayPart& part, PlayExtreme& x) {
+void ascend(OutputFunction& h, const PlayPart& part, PlayExtreme& x) {
   constexpr int most = 25;
   Eigen::VectorXd u = x.u, q = x.q;
   x.settled = false;
@@ -69,7 +69,7 @@ void ascend(PlayOutput& h, const PlayPart& part, PlayExtreme& x) {
   }
 }
 
-void climb(PlayOutput& h, const PlayPart& part, PlayExtreme& x) {
+void climb(OutputFunction& h, const PlayPart& part, PlayExtreme& x) {
   constexpr int most = 30;
   constexpr double shortest = 1e-3;
   x.settled = false;

@@ -13,7 +13,7 @@
 
 #include <Eigen/Core>
 
-#include "analysis/play/play_output.hpp"
+#include "analysis/play/output_function.hpp"
 #include "analysis/play/play_part.hpp"
 
 namespace freeplay {
@@ -29,8 +29,8 @@ struct PlayExtreme {
 };
 
 /// Follows the gradient from x.u and x.q.
-void ascend(PlayOutput& h, const PlayPart& part, PlayExtreme& x);
+void ascend(OutputFunction& h, const PlayPart& part, PlayExtreme& x);
 /// Moves x to a local maximum.
-void climb(PlayOutput& h, const PlayPart& part, PlayExtreme& x);
+void climb(OutputFunction& h, const PlayPart& part, PlayExtreme& x);
 
 }  // namespace freeplay

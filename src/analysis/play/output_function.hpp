@@ -1,4 +1,4 @@
-// PlayOutput: an output h(u) = ± y(Q(u)) with its derivatives by the numbers u within the clearances, at one
+// OutputFunction: an output h(u) = ± y(Q(u)) with its derivatives by the numbers u within the clearances, at one
 // position of the drives.
 //
 // With the adjoint λ, F_qᵀ λ = ± ∇y, the gradient is a = −F_uᵀ λ. With S = −F_q⁻¹ F_u, the second derivatives are
@@ -14,10 +14,10 @@
 
 namespace freeplay {
 
-class PlayOutput {
+class OutputFunction {
  public:
   /// ± output k of the mechanism; `region` is that of the position.
-  PlayOutput(LooseMechanism& mechanism, const PlayRegion& region, int k, double sign)
+  OutputFunction(LooseMechanism& mechanism, const PlayRegion& region, int k, double sign)
       : mechanism(mechanism), region(region), k(k), sign(sign) {}
 
   /// Closes the mechanism at u, from the pose q, which becomes that of u; false if it does not close. Sets the

@@ -1,8 +1,8 @@
-#include "analysis/play/play_output.hpp"
+#include "analysis/play/output_function.hpp"
 
 namespace freeplay {
 
-bool PlayOutput::evaluate(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
+bool OutputFunction::evaluate(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
   if (!mechanism.close(u, region.t, q, f, factors)) return false;
   value = sign * mechanism.output(k, gradient_);
   gradient_ *= sign;
@@ -13,12 +13,12 @@ bool PlayOutput::evaluate(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
   return true;
 }
 
-bool PlayOutput::evaluate(const Eigen::VectorXd& u) {
+bool OutputFunction::evaluate(const Eigen::VectorXd& u) {
   pose_ = region.q + region.slope * u;
   return evaluate(u, pose_);
 }
 
-Eigen::MatrixXd PlayOutput::second(const Eigen::VectorXd& u) {
+Eigen::MatrixXd OutputFunction::second(const Eigen::VectorXd& u) {
   const int n = mechanism.n(), m = mechanism.size();
   const Eigen::MatrixXd S = -solve_columns(factors, f.by_u);
   Eigen::MatrixXd H;
