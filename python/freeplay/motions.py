@@ -360,7 +360,7 @@ class PlayRange:
         ideal + linear.
     settled: whether both searches converged; the bounds hold nevertheless.
     parts: a frame with one row per position and one column per joint: the part of each joint in width.
-    variance: likewise, the shares of the joints in the variance to first order.
+    variance: likewise, the shares of the joints, and of the keys with tolerances, in the variance to first order.
     at_least, at_greatest: the poses q at both ends, one row per position.
     quantiles, quantile_errors: frames with one column per share, with their standard errors; None without
         samples.
@@ -425,6 +425,9 @@ class Play:
     jumps: a frame of the joints that change sides between two positions under the loads: joint, from_, to, up.
     allocation: a frame of the allocated clearances: joint, before, after (m), cost, limit ("least", "greatest" or
         ""); None without a target. All other results then have these clearances.
+    regions: the reachable regions of points of which both coordinates are outputs, at some positions: a frame with
+        one row per direction: at (position), point, ideal_x, ideal_y, phi, the farthest place x, y along phi, and
+        bound, beyond which no place is from the ideal one along phi.
     verdicts: the widest range of each output in a sentence.
     notes: what is not considered.
     """
@@ -440,6 +443,7 @@ class Play:
     down: Optional[LoadedPoses]
     jumps: pd.DataFrame
     allocation: Optional[pd.DataFrame]
+    regions: pd.DataFrame
     verdicts: list[str]
     notes: list[str]
 
@@ -485,7 +489,7 @@ def _play(found: Mapping[str, Any], allocated: bool) -> Play:
             linear=np.array(one["linear"], dtype=float),
             settled=np.array(one["settled"], dtype=bool),
             parts=frame(one["parts"], found["joints"]),
-            variance=frame(one["variance"], found["joints"]),
+            variance=frame(one["variance"], found["sources"]),
             at_least=_rows(one["at_least"], coordinates),
             at_greatest=_rows(one["at_greatest"], coordinates),
             quantiles=shares(one, "quantiles"),
@@ -507,6 +511,7 @@ def _play(found: Mapping[str, Any], allocated: bool) -> Play:
         loaded(found["down"]),
         pd.DataFrame(found["jumps"], columns=["joint", "from_", "to", "up"]),
         pd.DataFrame(found["allocation"], columns=["joint", "before", "after", "cost", "limit"]) if allocated else None,
+        pd.DataFrame(found["regions"], columns=["at", "point", "ideal_x", "ideal_y", "phi", "x", "y", "bound"]),
         found["verdicts"],
         found["notes"],
     )

@@ -251,12 +251,19 @@ py::dict loaded_of(const Play& play, LoadedPose PlayPosition::*side) {
 }
 
 py::dict dict_of(const Play& play) {
-  py::list ranges, clearances, joints, poses, refusals, jumps;
+  py::list ranges, clearances, joints, sources, poses, refusals, jumps, regions;
   for (std::size_t k = 0; k < play.quantities.size(); ++k) ranges.append(range_of(play, k));
   for (const auto& c : play.components)
     clearances.append(py::make_tuple(c.joint, c.part, c.disc ? "disc" : "two-sided", c.clearance));
   for (const auto& part : by_joint(play, std::vector<double>(play.components.size())))
     joints.append(part.first);
+  for (const auto& part :
+       by_joint(play, std::vector<double>(play.components.size() + play.tolerances.size())))
+    sources.append(part.first);
+  for (const auto& region : play.regions)
+    for (const auto& place : region.farthest)
+      regions.append(py::make_tuple(play.positions[region.position].coordinate, region.point, region.ideal_x,
+                                    region.ideal_y, place.direction, place.x, place.y, place.bound));
   for (const auto& p : play.positions) poses.append(p.pose), refusals.append(p.refusal);
   for (const auto& jump : play.jumps) jumps.append(py::make_tuple(jump.joint, jump.from, jump.to, jump.up));
   py::dict d;
@@ -268,6 +275,8 @@ py::dict dict_of(const Play& play) {
   d["ranges"] = ranges;
   d["clearances"] = clearances;
   d["joints"] = joints;
+  d["sources"] = sources;
+  d["regions"] = regions;
   d["shares"] = play_shares;
   d["loaded"] = play.loaded;
   d["up"] = loaded_of(play, &PlayPosition::up);

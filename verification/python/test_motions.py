@@ -1,5 +1,6 @@
 """Periodic motions, their branches, Lyapunov exponents and output play, against closed forms."""
 
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -229,6 +230,23 @@ class Motions(unittest.TestCase):
         np.testing.assert_allclose(found.clearances["clearance"], found.allocation["after"])
         with self.assertRaisesRegex(fp.SceneError, "cannot be met"):
             fp.play(scene, ["rocker.theta"], target=1e-4, costs=costs[:1])
+
+    def test_play_with_a_tolerance_and_a_region(self):
+        document = tomllib.loads((ROOT / "verification/scenes/play/four_bar.toml").read_text())
+        document["joints"]["C"]["at"] = [[0.15, 0.0], [0.125, 0.0]]
+        document["tolerances"] = {"length": {"key": "joints.C.at[0][0]", "upper": 1e-4}}
+        scene = fp.Scene(document)
+        found = fp.play(scene, ["coupler.x", "coupler.y", "rocker.theta"], samples=1000)
+        shares = found.ranges["rocker.theta"].variance.iloc[0]
+        # Both pins on discs of 0.1 mm and the length within 0.1 mm move the rocker alike: 1/4, 1/4 and 1/3.
+        np.testing.assert_allclose(shares[["B", "C", "joints.C.at[0][0]"]], [0.3, 0.3, 0.4], rtol=1e-4)
+        self.assertEqual(set(found.regions["point"]), {"coupler"})
+        along = np.cos(found.regions["phi"]) * (found.regions["x"] - found.regions["ideal_x"]) + np.sin(
+            found.regions["phi"]
+        ) * (found.regions["y"] - found.regions["ideal_y"])
+        self.assertTrue((along <= found.regions["bound"]).all())
+        east = found.regions[found.regions["phi"] == 0]
+        np.testing.assert_allclose(east["x"], found.ranges["coupler.x"].greatest, rtol=1e-12)
 
     def test_play_refuses(self):
         scene = ROOT / "verification/scenes/play/four_bar.toml"
