@@ -106,7 +106,8 @@ class Copy:
     def link(self):
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             run = lambda links: all(pool.map(lambda link: self.command("bash", "-c", link, cwd=self.built), links))
-            return run([link for link in self.links if " ar " in link or "/ar " in link]) and run(self.links[-2:])
+            archive = lambda link: " ar " in link or "/ar " in link
+            return run([x for x in self.links if archive(x)]) and run([x for x in self.links if not archive(x)])
 
     def put_back(self):
         """Restores sources and objects without the fault, with their times, so that they are not
