@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics/elements/angle_stop.hpp"
+#include "dynamics/elements/beam_element.hpp"
 #include "dynamics/elements/bump_stop.hpp"
 #include "dynamics/elements/bushing.hpp"
 #include "dynamics/elements/cam_contact.hpp"

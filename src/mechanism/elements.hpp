@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "mechanism/elements/angle_stop.hpp"
+#include "mechanism/elements/beam_element.hpp"
 #include "mechanism/elements/bump_stop.hpp"
 #include "mechanism/elements/bushing.hpp"
 #include "mechanism/elements/cam_contact.hpp"
@@ -50,7 +51,7 @@ using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDriv
                            InductionMotor, Governor, AngleController, PositionController>;
 /// Any kind of load.
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
-                          BumpStop, TorsionalBumpStop>;
+                          BumpStop, TorsionalBumpStop, BeamElement>;
 
 /// The word for a kind of element: its `type` in a scene; for drives, for example, "speed drive".
 template <class Kind>

@@ -52,7 +52,7 @@ struct Group {
     b.position = positions[static_cast<std::size_t>(n)];
     b.velocity = velocity;
     b.angular_velocity = angular_velocity;
-    b.of_group = true;
+    b.made = true;
     return b;
   }
 

@@ -1,6 +1,15 @@
 #include "mechanism/mechanism.hpp"
 
+#include <utility>
+
 namespace freeplay {
+
+void add_beam(Mechanism& mechanism, Beam beam) {
+  beam.first = static_cast<int>(mechanism.bodies.size());
+  for (int n = 0; n < beam.elements; ++n) mechanism.bodies.push_back(beam.body(n));
+  for (int n = 0; n <= beam.elements; ++n) mechanism.loads.emplace_back(beam.element(n));
+  mechanism.beams.push_back(std::move(beam));
+}
 
 Mechanism idealised(Mechanism mechanism) {
   mechanism.contacts.clear();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mechanism/beam.hpp"
 #include "mechanism/body.hpp"
 #include "mechanism/configuration.hpp"
 #include "mechanism/curve.hpp"
@@ -23,13 +24,15 @@ struct Mechanism {
   /// for figures and reports
   std::string title;
   Vec2 gravity{0, 0};        ///< m/s²
-  std::vector<Body> bodies;  ///< the bodies of groups come last
+  std::vector<Body> bodies;  ///< those of groups and beams come last
   /// joints
   std::vector<Joint> joints;
   /// contacts outside joints
   std::vector<Contact> contacts;
   /// groups of equal discs
   std::vector<Group> groups;
+  /// flexible links
+  std::vector<Beam> beams;
   /// materials of the contacts
   std::vector<Surface> surfaces;
   /// lubricants of the joints
@@ -42,6 +45,9 @@ struct Mechanism {
   std::vector<Curve> curves;
   Configuration assembly;  ///< the requested pose at the start, if any
 };
+
+/// Adds a beam with its bodies and elements.
+void add_beam(Mechanism& mechanism, Beam beam);
 
 /// Returns the mechanism without clearances and without contacts between bodies.
 Mechanism idealised(Mechanism mechanism);

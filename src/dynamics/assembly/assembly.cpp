@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/assembly/beam_start.hpp"
 #include "dynamics/assembly/closing.hpp"
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/four_bar.hpp"
@@ -346,6 +347,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
     note = begun.other;
   }
   close_single_rows(system, s.q);
+  place_beams(mechanism, s);
   if (!rests)
     report_changes(mechanism, changed_positions(mechanism, s.q, length), begun.violated, "",
                    free || begun.requested ? INFINITY : most_change, note);
@@ -371,6 +373,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                    : start == Start::given ? 1e-6
                                            : most_change,
                    note);
+  if (!rests) move_beams(mechanism, s);
   if (!rests) s.z.assign(system.states(), 0);
   if (assumed) *assumed = note;
   return s;

@@ -172,7 +172,13 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
         if (g.body_name(n) == body.name) return true;
       return false;
     };
-    if (body.of_group && std::ranges::none_of(mechanism_.groups, makes))
+    const auto divides = [&](const Beam& beam) {
+      for (int n = 0; n < beam.elements; ++n)
+        if (beam.piece_name(n + 1) == body.name) return true;
+      return false;
+    };
+    if (body.made && std::ranges::none_of(mechanism_.groups, makes) &&
+        std::ranges::none_of(mechanism_.beams, divides))
       fail(key, fmt::format("there is no body {}", toml_quoted(body.name)));
   }
 
@@ -232,7 +238,7 @@ void check_drives(const Mechanism& m) {
 void check_names(const Mechanism& m) {
   std::set<std::string> bodies, joints;
   for (const auto& body : m.bodies)
-    if (!body.of_group) bodies.insert(body.name);
+    if (!body.made) bodies.insert(body.name);
   for (const auto& joint : m.joints) joints.insert(name_of(joint));
   for (const auto& group : m.groups)
     for (int n = 1; n <= group.size(); ++n)
@@ -266,8 +272,7 @@ void check_scene(const Scene& scene) try {
   KeysCheck check(m);
   check.title(m.title);
   each_section(check, scene);
-  if (m.groups.empty() && std::ranges::all_of(m.bodies, &Body::of_group))
-    throw ModelError("bodies", no_bodies);
+  if (m.groups.empty() && std::ranges::all_of(m.bodies, &Body::made)) throw ModelError("bodies", no_bodies);
   check_elements_together(scene);
   auto meshed = m;
   set_phases(meshed);

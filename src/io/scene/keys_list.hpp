@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "io/scene/schema.hpp"
+#include "mechanism/beam.hpp"
 #include "mechanism/body.hpp"
 #include "mechanism/configuration.hpp"
 #include "mechanism/curve.hpp"

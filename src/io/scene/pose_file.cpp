@@ -79,7 +79,7 @@ class PoseShapes {
     }
     if (list.size() > 1)
       for (const auto& p : list) row("link", name, body, place_of(q_, body, p));
-    if (!m_.bodies[static_cast<std::size_t>(body)].of_group)  // otherwise its disc shows it
+    if (!m_.bodies[static_cast<std::size_t>(body)].made)  // otherwise its disc shows it
       row("mass", name, body, place_of(q_, body, {0, 0}));
   }
   void draw_joint(const GearJoint& j) {

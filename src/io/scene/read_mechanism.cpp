@@ -73,6 +73,16 @@ void read_groups(Section& root, Mechanism& m) {
   }
 }
 
+/// Reads the beams; their pieces follow the other bodies.
+void read_beams(Section& root, Mechanism& m, const Ground& fixed) {
+  for (auto& [name, s] : root.children("beams")) {
+    Beam beam;
+    beam.name = name;
+    read_keys(s, m, beam, fixed);
+    add_beam(m, std::move(beam));
+  }
+}
+
 }  // namespace
 
 Mechanism read_mechanism(Section& root) {
@@ -98,6 +108,7 @@ Mechanism read_mechanism(Section& root) {
   facts("surfaces", m.surfaces);
   read_groups(root, m);
   if (m.bodies.empty()) root.fail("bodies", no_bodies);
+  read_beams(root, m, fixed);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);

@@ -127,19 +127,27 @@ void each_section(Visitor& v, const Scene& scene) {
     for (const auto& x : list) visit(table, x);
   };
   const auto elements = [&](const char* table, const auto& list) {
-    for (const auto& element : list) std::visit([&](const auto& x) { visit(table, x); }, element);
+    for (const auto& element : list)
+      std::visit(
+          [&](const auto& x) {
+            if constexpr (requires { x.made; })
+              if (x.made) return;
+            visit(table, x);
+          },
+          element);
   };
   const auto options = [&](const char* table, const auto& o) {
     if (v.open(table)) std::decay_t<decltype(o)>::keys(v, o);
   };
   for (const auto& body : m.bodies)
-    if (!body.of_group) visit("bodies", body);
+    if (!body.made) visit("bodies", body);
   facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);
   elements("contacts", m.contacts);
   facts("groups", m.groups);
+  facts("beams", m.beams);
   elements("drives", m.drives);
   elements("loads", m.loads);
   if (m.assembly.asks()) options("assembly", m.assembly);

@@ -87,6 +87,7 @@ const Schema& scene_schema() {
     list_kinds<Joint>(list, "joints.*", "a joint");
     list_kinds<Contact>(list, "contacts.*", "a contact");
     list.facts<Group>("groups.*", "a group");
+    list.facts<Beam>("beams.*", "a beam");
     list.facts<Lubricant>("lubricants.*", "a lubricant");
     list.facts<Surface>("surfaces.*", "a surface");
     list_kinds<Drive>(list, "drives.*", "a drive");

@@ -194,7 +194,7 @@ TEST_CASE("scenes built in code are read back from their canonical text", "[scen
     auto scene = read_scene(test::scene_file("every_key"));
     auto& m = scene.mechanism;
     for (auto& b : m.bodies)
-      if (!b.of_group)
+      if (!b.made)
         b = {b.name, std::max(std::abs(any()), 1e-30), some(), {any(), any()}, any(), {any(), any()}, any()};
     first_drive(scene) = {"motor", first_drive(scene).joint, any(), any()};
     const double turn = any();

@@ -1,0 +1,89 @@
+#include "dynamics/assembly/beam_start.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "dynamics/planar.hpp"
+#include "mechanism/mechanism.hpp"
+
+namespace freeplay {
+namespace {
+
+/// An end of a beam: place and tangent, and their rates.
+struct BeamEnd {
+  Vec2 place, tangent, velocity{0, 0}, turning{0, 0};
+  double angle = 0;  // rad, of the tangent, full turns included
+};
+
+BeamEnd end_of(const Beam& beam, std::size_t k, const State& s) {
+  const int body = beam.between[k];
+  BeamEnd end;
+  const double own = k == 0 ? beam.angles.x() : beam.angles.y();
+  end.angle = own + (body == ground ? 0 : planar::angle(s.q.data(), body));
+  end.tangent = {std::cos(end.angle), std::sin(end.angle)};
+  end.place = beam.at[k];
+  if (body == ground) return end;
+  const double turn = end.angle - own, c = std::cos(turn), sn = std::sin(turn);
+  const Vec2 arm{c * end.place.x() - sn * end.place.y(), sn * end.place.x() + c * end.place.y()};
+  end.place = planar::position(s.q.data(), body) + arm;
+  const double rate = planar::rate(s.v.data(), body);
+  end.velocity = planar::velocity(s.v.data(), body) + rate * perp(arm);
+  end.turning = rate * perp(end.tangent);
+  return end;
+}
+
+/// Weights of place and tangent at both ends in the place of the curve at the share x of the length, and in its
+/// slope.
+struct Cubic {
+  explicit Cubic(double x)
+      : place{1 - x * x * (3 - 2 * x), x * (1 - x) * (1 - x), x * x * (3 - 2 * x), -x * x * (1 - x)},
+        slope{-6 * x * (1 - x), (1 - x) * (1 - 3 * x), 6 * x * (1 - x), x * (3 * x - 2)} {}
+  std::array<double, 4> place, slope;
+  static Vec2 sum(const std::array<double, 4>& w, const Vec2& a, const Vec2& b, const Vec2& c,
+                  const Vec2& d) {
+    return w[0] * a + w[1] * b + w[2] * c + w[3] * d;
+  }
+};
+
+/// Calls f(body, place, slope, velocity, rate of the slope, first end) for each piece.
+template <class F>
+void each_piece(const Mechanism& mechanism, const State& s, F f) {
+  for (const auto& beam : mechanism.beams) {
+    const auto a = end_of(beam, 0, s), b = end_of(beam, 1, s);
+    for (int n = 0; n < beam.elements; ++n) {
+      const Cubic cubic((n + 0.5) / beam.elements);
+      const auto at = [&](const std::array<double, 4>& w) {
+        return Cubic::sum(w, a.place, beam.length * a.tangent, b.place, beam.length * b.tangent);
+      };
+      const auto moves = [&](const std::array<double, 4>& w) {
+        return Cubic::sum(w, a.velocity, beam.length * a.turning, b.velocity, beam.length * b.turning);
+      };
+      f(beam.first + n, at(cubic.place), at(cubic.slope), moves(cubic.place), moves(cubic.slope), a);
+    }
+  }
+}
+
+}  // namespace
+
+void place_beams(const Mechanism& mechanism, State& s) {
+  each_piece(mechanism, s,
+             [&](int body, const Vec2& place, const Vec2& slope, auto, auto, const BeamEnd& from) {
+               const auto& facts = mechanism.bodies[static_cast<std::size_t>(body)];
+               double* q = s.q.data() + planar::coordinates * body;
+               if (!facts.position) q[0] = place.x(), q[1] = place.y();
+               if (!facts.angle)
+                 q[2] = from.angle + std::atan2(cross(from.tangent, slope), dot(from.tangent, slope));
+             });
+}
+
+void move_beams(const Mechanism& mechanism, State& s) {
+  each_piece(mechanism, s,
+             [&](int body, auto, const Vec2& slope, const Vec2& velocity, const Vec2& turning, auto) {
+               const auto& facts = mechanism.bodies[static_cast<std::size_t>(body)];
+               double* v = s.v.data() + planar::coordinates * body;
+               if (!facts.velocity) v[0] = velocity.x(), v[1] = velocity.y();
+               if (!facts.angular_velocity) v[2] = cross(slope, turning) / dot(slope, slope);
+             });
+}
+
+}  // namespace freeplay

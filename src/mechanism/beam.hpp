@@ -1,0 +1,151 @@
+// A beam: a flexible link between two bodies, declared once by material, section and ends.
+//
+// It is divided into equal pieces of length l. Each is a body NAME-1, NAME-2, … of mass ρAl and moment of inertia
+// ρAl³/12 + ρIl at its middle; beam elements (elements/beam_element.hpp) NAME-1, NAME-2, … connect the middles, and half
+// elements the outer ones with the ends on both bodies. Stiffness of small deflections is therefore exact for forces
+// and couples at the ends and middles, masses are those of the midpoint rule: errors of frequencies are of second
+// order in l. The bodies at the ends keep their mass.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "mechanism/body.hpp"
+#include "mechanism/elements/beam_element.hpp"
+
+namespace freeplay {
+
+struct Beam {
+  /// Shape of the section. `given`: area and second moment are stated.
+  enum class Section { given, rectangle, circle, tube };
+  static constexpr std::string_view what = "a beam";
+
+  std::string name;
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, its end on each body, in the body's frame
+  Vec2 angles{0, 0};                               ///< rad, of its tangents in the frames of the bodies
+  double length = 0;                               ///< m, unloaded, along the beam
+  int elements = 8;                                ///< number of pieces
+  double young = 0;                                ///< Pa
+  double density = 0;                              ///< kg/m³
+  Section section = Section::given;
+  double area = 0;           ///< m², if given
+  double second_moment = 0;  ///< m⁴, if given
+  double width = 0;          ///< m, of a rectangle, perpendicular to the plane of motion
+  double height = 0;         ///< m, of a rectangle, in the plane of motion
+  double diameter = 0;       ///< m, of a circle or a tube, outside
+  double wall = 0;           ///< m, of a tube
+  double shear_modulus = 0;  ///< Pa; 0: rigid in shear (Euler–Bernoulli)
+  double shear_factor = 5.0 / 6;
+  double curvature = 0;  ///< 1/m, unloaded
+  double damping = 0;    ///< s, stiffness-proportional
+  int first = 0;         ///< index of its first body
+
+  double piece() const { return length / elements; }
+  double section_area() const {
+    switch (section) {
+      case Section::rectangle:
+        return width * height;
+      case Section::circle:
+        return std::numbers::pi / 4 * diameter * diameter;
+      case Section::tube:
+        return std::numbers::pi * wall * (diameter - wall);
+      default:
+        return area;
+    }
+  }
+  double section_moment() const {
+    const auto disc = [](double d) { return std::numbers::pi / 64 * d * d * d * d; };
+    switch (section) {
+      case Section::rectangle:
+        return width * height * height * height / 12;
+      case Section::circle:
+        return disc(diameter);
+      case Section::tube:
+        return disc(diameter) - disc(diameter - 2 * wall);
+      default:
+        return second_moment;
+    }
+  }
+  /// Name of piece n, counted from 1.
+  std::string piece_name(int n) const { return name + "-" + std::to_string(n); }
+  /// Piece n as a body, counted from 0.
+  Body body(int n) const {
+    Body b;
+    b.name = piece_name(n + 1);
+    const double l = piece(), mass = density * section_area() * l;
+    b.mass = mass;
+    b.inertia = mass * l * l / 12 + density * section_moment() * l;
+    b.made = true;
+    return b;
+  }
+  /// Element n of `elements` + 1, counted from 0.
+  BeamElement element(int n) const {
+    BeamElement x;
+    x.name = piece_name(n + 1);
+    const bool begins = n == 0, ends = n == elements;
+    x.between = {begins ? between[0] : first + n - 1, ends ? between[1] : first + n};
+    x.at = {begins ? at[0] : Vec2{}, ends ? at[1] : Vec2{}};
+    x.angles = {begins ? angles.x() : 0, ends ? angles.y() : 0};
+    x.length = (begins || ends ? 0.5 : 1) * piece();
+    x.axial = young * section_area();
+    x.bending = young * section_moment();
+    x.shear = shear_modulus * shear_factor * section_area();
+    x.curvature = curvature;
+    x.damping = damping;
+    x.made = true;
+    return x;
+  }
+
+  static void keys(auto& k, auto& x);
+};
+
+inline constexpr auto beam_section_names =
+    complete<Beam::Section>({{Beam::Section::given, "given", "by area and second_moment"},
+                             {Beam::Section::rectangle, "rectangle", "by width and height"},
+                             {Beam::Section::circle, "circle", "by diameter"},
+                             {Beam::Section::tube, "tube", "by diameter and wall"}});
+constexpr const auto& choices(Beam::Section) { return beam_section_names; }
+
+void Beam::keys(auto& k, auto& x) {
+  constexpr Range pieces{[](double n) { return n >= 1 && n <= 1000 && n == static_cast<int>(n); },
+                         "a whole number from 1 to 1000"};
+  k.between("two bodies, or \"ground\" and a body", x.between);
+  k.ends("the ends of the beam", x.at);
+  k.take({"angles", "rad, rad",
+          "of the beam's tangent from its first to its second end, in the frame of each body"},
+         x.angles);
+  k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
+  k.take({"elements", "", "number of pieces"}, x.elements, pieces);
+  k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
+  k.need({"density", "kg/m³", "> 0"}, x.density, positive);
+  k.choose({"section", "", ""}, x.section);
+  const auto in = [&](Beam::Section section) { return x.section == section; };
+  using enum Beam::Section;
+  if (k.when(in(given), {"area", "second_moment"}, "needs section = \"given\"")) {
+    k.need({"area", "m²", "of the section, > 0"}, x.area, positive);
+    k.need({"second_moment", "m⁴", "second moment of area of the section, > 0"}, x.second_moment, positive);
+  }
+  if (k.when(in(rectangle), {"width", "height"}, "needs section = \"rectangle\"")) {
+    k.need({"width", "m", "rectangle: perpendicular to the plane of motion, > 0"}, x.width, positive);
+    k.need({"height", "m", "rectangle: in the plane of motion, > 0"}, x.height, positive);
+  }
+  if (k.when(in(circle) || in(tube), {"diameter"}, "needs section = \"circle\" or \"tube\""))
+    k.need({"diameter", "m", "circle or tube: outside, > 0"}, x.diameter, positive);
+  if (k.when(in(tube), {"wall"}, "needs section = \"tube\"")) {
+    k.need({"wall", "m", "tube: thickness, > 0"}, x.wall, positive);
+    k.check(2 * x.wall <= x.diameter, "wall", "must be at most half of the diameter");
+  }
+  k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
+         x.shear_modulus, positive);
+  k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
+  k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
+  k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
+         non_negative);
+}
+
+}  // namespace freeplay
