@@ -1,0 +1,130 @@
+// Beams: large static deflections against the elastica, frequencies against closed forms, conservation.
+#include "mechanism/beam.hpp"
+
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/modes.hpp"
+#include "io/scene/read_scene.hpp"
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// A beam of length 1 m, EI = 1 N m² and 1 kg/m, inextensible to 1e-9 and without rotary inertia.
+std::string unit_beam(const std::string& from, const std::string& to, int elements,
+                      const std::string& more = "") {
+  return fmt::format(
+      "[beams.rod]\nbetween = [\"{}\", \"{}\"]\nlength = 1.0\nelements = {}\nyoung = 1e9\ndensity = 1.0\n"
+      "area = 1.0\nsecond_moment = 1e-9\n{}",
+      from, to, elements, more);
+}
+
+/// A body without noticeable mass at a place.
+std::string light(const std::string& name, double x) {
+  return test::body(name, 1e-9, 1e-9, fmt::format("position = [{}, 0.0]\nangle = 0.0\n", x));
+}
+
+/// The equilibrium of a cantilever from the origin along x with loads on its tip: place and angle of the tip.
+std::array<double, 3> bent(int elements, const std::string& loads, const std::string& more = "") {
+  const auto scene =
+      parse_scene(light("tip", 1) + unit_beam("ground", "tip", elements, more) + loads, "beam");
+  const System system(scene.mechanism);
+  const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+  const auto q = find_equilibrium(scene.mechanism, system, from.q, {}).state.q;
+  return {q[0], q[1], q[2]};
+}
+
+/// Natural frequencies (rad/s) of a scene about its start.
+std::vector<double> frequencies(const std::string& text) {
+  const auto scene = parse_scene(text, "beam");
+  const System system(scene.mechanism);
+  const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+  double left = 0;
+  std::vector<double> list;
+  for (const auto& mode : find_modes(system, as_it_stands(system, from, {}, left), {}).modes)
+    if (mode.kind == Mode::Kind::swing) list.push_back(std::abs(mode.s));
+  CHECK(left < 1e-9);
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE("a cantilever under a couple bends to a circle", "[beams]") {
+  // Radius EI/M. An element replaces its arc by its chord, 2 sin(φ)/φ with the series to φ²: order 4.
+  const double turn = 0.5 * std::numbers::pi;
+  const auto error = [&](double h) {
+    const auto tip = bent(static_cast<int>(std::round(1 / h)),
+                          fmt::format("[loads.m]\ntype = \"torque\"\nbody = \"tip\"\ntorque = {}\n", turn));
+    CHECK(tip[2] == Approx(turn).epsilon(1e-9));
+    return std::hypot(tip[0] - 1 / turn, tip[1] - 1 / turn);
+  };
+  test::check_order({1.0 / 4, 1.0 / 8, 1.0 / 16}, error, 3.7, 4.3);
+  CHECK(error(1.0 / 16) < 1e-6);
+}
+
+TEST_CASE("a cantilever under an end force is the elastica", "[beams]") {
+  // ∫ dθ/√(2k (sin θ₀ − sin θ)) = 1 over 0 to θ₀ determines θ₀ for P L²/EI = k; then x = √(2 sin θ₀/k), and y is
+  // the integral of sin θ (200 Gauss points after θ = θ₀ (1 − u²)). Agrees with Mattiasson, Int. J. Numer. Methods
+  // Eng. 17 (1981) 145, to his five digits.
+  struct Known {
+    double load, angle, x, y;
+  };
+  for (const auto& known : {Known{1, 0.46135194971278093, 0.943566763717479, 0.3017207738002178},
+                            Known{5, 1.2153681176110158, 0.6123716392754945, 0.7137915236117977},
+                            Known{10, 1.430285538805685, 0.4450044022463062, 0.8106090248804252}}) {
+    CAPTURE(known.load);
+    const auto error = [&](double h) {
+      const auto tip = bent(static_cast<int>(std::round(1 / h)), test::force("f", "tip", {0, known.load}));
+      return std::hypot(tip[0] - known.x, tip[1] - known.y);
+    };
+    test::check_order({1.0 / 8, 1.0 / 16, 1.0 / 32}, error, 1.8, 4.3);
+    CHECK(error(1.0 / 32) < 1e-5);
+  }
+}
+
+TEST_CASE("small deflections are exact for any number of elements", "[beams]") {
+  // P l³/(3 EI), with shear P l/(κGA) more; a couple turns the tip by M l/EI.
+  for (const int elements : {1, 2, 5}) {
+    CAPTURE(elements);
+    const double load = 1e-6;
+    CHECK(bent(elements, test::force("f", "tip", {0, load}))[1] == Approx(load / 3).epsilon(1e-8));
+    const auto soft =
+        bent(elements, test::force("f", "tip", {0, load}), "shear_modulus = 12\nshear_factor = 0.5\n");
+    CHECK(soft[1] == Approx(load * (1.0 / 3 + 1.0 / 6)).epsilon(1e-8));
+  }
+}
+
+TEST_CASE("a curved beam at rest has its curvature", "[beams]") {
+  const auto tip = bent(16, "", "curvature = 1.0\n");
+  CHECK(std::hypot(tip[0] - std::sin(1.0), tip[1] - (1 - std::cos(1.0))) < 1e-6);
+}
+
+TEST_CASE("bending frequencies converge with second order to closed forms", "[beams]") {
+  // Roots of cos x cosh x = −1 (cantilever) and 1 (clamped at both ends), squared; (n π)² between pins.
+  const std::string clamp = light("end", 1) +
+                            "[joints.clamp]\ntype = \"rigid\"\nbetween = [\"ground\", \"end\"]\n"
+                            "at = [[1, 0], [0, 0]]\n";
+  struct Known {
+    std::string text, from;
+    std::vector<double> frequency;
+  };
+  const double pi = std::numbers::pi;
+  const std::string simple = light("begin", 0) + light("end", 1) + test::pin("A", "ground", "begin") +
+                             test::pin("B", "ground", "end", {1, 0});
+  for (const auto& known :
+       {Known{light("end", 1), "ground", {3.516015268500152, 22.034491564666766, 61.697214413549105}},
+        Known{clamp, "ground", {22.37328544806132, 61.67282286792025}},
+        Known{simple, "begin", {pi * pi, 4 * pi * pi, 9 * pi * pi}}})
+    for (std::size_t n = 0; n < known.frequency.size(); ++n) {
+      CAPTURE(known.from, known.frequency[n]);
+      const auto error = [&](double h) {
+        const auto found =
+            frequencies(known.text + unit_beam(known.from, "end", static_cast<int>(std::round(1 / h))));
+        REQUIRE(found.size() > n);
+        return std::abs(found[n] / known.frequency[n] - 1);
+      };
+      test::check_order({1.0 / 8, 1.0 / 16, 1.0 / 32}, error, 1.8, 2.2);
+      CHECK(error(1.0 / 32) < 3e-3);
+    }
+}
