@@ -180,7 +180,12 @@ Scene rescaled(Scene scene, const Units& u) {
                      ends(l.at), maybe(l.bump.lower, L), maybe(l.bump.upper, L);
                      l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;
                    },
-                   [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; }},
+                   [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; },
+                   [&](BeamElement& l) {
+                     ends(l.at);
+                     l.length *= L, l.curvature /= L, l.damping *= T;
+                     l.axial *= force, l.shear *= force, l.bending *= torque * L;
+                   }},
         load);
   scene.run.duration *= T;
   scene.run.discard *= T;

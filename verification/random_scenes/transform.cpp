@@ -134,7 +134,12 @@ Scene mirrored(Scene scene) {
                      l.axis = flip(l.axis), l.free_angle = -l.free_angle;
                    },
                    [](BumpStop& l) { flip_ends(l.at), l.axis = flip(l.axis); },
-                   [](TorsionalBumpStop& l) { turn_limits(l.bump); }},
+                   [](TorsionalBumpStop& l) { turn_limits(l.bump); },
+                   [](BeamElement& l) {
+                     flip_ends(l.at);
+                     l.angles = Vec2{std::numbers::pi, std::numbers::pi} - l.angles;
+                     l.curvature = -l.curvature;
+                   }},
         load);
   return scene;
 }
@@ -251,6 +256,7 @@ Scene nudged(Scene scene, double share, int which) {
                           [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
                           [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
                           [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
+                          [&](BeamElement& l) { near(l.bending), near(l.damping); },
                           [&](auto& l) { near(l.stiffness), near(l.damping); }},
                load);
   return scene;

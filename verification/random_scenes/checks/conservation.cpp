@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "dynamics/elements/spring_force.hpp"
 #include "verification/random_scenes/checks/checks.hpp"
@@ -45,6 +46,21 @@ Energy energy_of(const Mechanism& m, const State& s) {
       e.potential +=
           0.5 * (l->stiffness.x() * x * x + l->stiffness.y() * y * y + l->turn_stiffness * turn * turn) +
           SpringForce{l->radial}.energy(0, 0, d.norm());
+    } else if (const auto* l = std::get_if<BeamElement>(&load)) {
+      // By the flexibilities of a cantilever: end couples M_i, M_j turn the ends against the chord by
+      // l (2M_i − M_j)/(6EI) + (M_i + M_j)/(κGA l) and likewise.
+      const Vec2 d = place(l->between[1], l->at[1]) - place(l->between[0], l->at[0]);
+      const double chord = std::atan2(d.y(), d.x());
+      const auto turn = [&](std::size_t k, double own) {
+        return std::remainder(angle(l->between[k]) + own - chord, 2 * std::numbers::pi);
+      };
+      const double a = turn(0, l->angles.x()), b = turn(1, l->angles.y()), h = l->length,
+                   start = -0.5 * l->curvature * h, soft = l->shear > 0 ? 1 / (l->shear * h) : 0,
+                   own = h / (3 * l->bending) + soft, other = -h / (6 * l->bending) + soft,
+                   stretch = d.norm() - h + h / 30 * (2 * a * a - a * b + 2 * b * b);
+      const double p = a - start, r = b + start;
+      e.potential += 0.5 * l->axial / h * stretch * stretch +
+                     0.5 * (own * (p * p + r * r) - 2 * other * p * r) / (own * own - other * other);
     }
   }
   return e;
