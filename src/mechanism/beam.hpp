@@ -141,7 +141,7 @@ void Beam::keys(auto& k, auto& x) {
     k.check(2 * x.wall <= x.diameter, "wall", "must be at most half of the diameter");
   }
   k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
-         x.shear_modulus, positive);
+         x.shear_modulus, non_negative);
   k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
   k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
   k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -328,6 +329,18 @@ void take_positions(const Mechanism& mechanism, const System& system, State& s, 
     throw ModelError(wrong.key, wrong.what + "; correct the positions or use run.start = \"assembled\"");
 }
 
+/// The start with rigid beams; empty without beams, or if they cannot be rigid, as between fixed ends.
+std::optional<State> stiff_start(const Mechanism& mechanism, RunOptions::Start start, const StopToken& stop) {
+  if (mechanism.beams.empty()) return {};
+  using Start = RunOptions::Start;
+  try {
+    return assemble(with_rigid_beams(mechanism), start == Start::equilibrium ? Start::assembled : start,
+                    nullptr, stop);
+  } catch (const ModelError&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
@@ -338,10 +351,13 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   // An equilibrium is sought from approximate positions.
   const bool rests = start == Start::equilibrium, free = mechanism.assembly.approximate;
   State s = stated_state(mechanism);
+  const auto stiff = start == Start::given ? std::nullopt : stiff_start(mechanism, start, stop);
   std::string note;
   AssemblyStart begun;
   if (start == Start::given) {
     take_positions(mechanism, system, s, note, stop);
+  } else if (stiff) {
+    s.q = stiff->q;
   } else {
     assemble_positions(mechanism, system, s, &begun, stop);
     note = begun.other;
@@ -364,6 +380,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
   }
   if (!found.empty()) note += (note.empty() ? "" : "; ") + found;
   if (stop()) throw Interrupted();
+  if (stiff && !rests) s.v = stiff->v;
   const auto violated =
       assemble_velocities(mechanism, system, rests ? std::vector<char>{} : stated_velocities(mechanism), s);
   if (!rests)

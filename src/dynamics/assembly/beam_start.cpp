@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "dynamics/planar.hpp"
 #include "mechanism/mechanism.hpp"
@@ -64,6 +65,23 @@ void each_piece(const Mechanism& mechanism, const State& s, F f) {
 }
 
 }  // namespace
+
+Mechanism with_rigid_beams(Mechanism mechanism) {
+  for (const auto& beam : mechanism.beams) {
+    const double turn = beam.curvature * beam.length, half = 0.5 * turn;
+    // From the first to the second end of the arc, in axes along and left of the first tangent.
+    const double chord = beam.length * (half == 0 ? 1 : std::sin(half) / half),
+                 c = std::cos(beam.angles.x() + half), s = std::sin(beam.angles.x() + half);
+    RigidJoint joint;
+    joint.name = beam.name;
+    joint.between = beam.between;
+    joint.at = {beam.at[0] + Vec2{chord * c, chord * s}, beam.at[1]};
+    joint.angle = beam.angles.x() + turn - beam.angles.y();
+    mechanism.joints.emplace_back(std::move(joint));
+  }
+  mechanism.beams.clear();
+  return mechanism;
+}
 
 void place_beams(const Mechanism& mechanism, State& s) {
   each_piece(mechanism, s,

@@ -1,12 +1,15 @@
-// Beams at the start: the pieces of a beam without stated positions lie on the cubic curve (Hermite) through its ends
-// with its tangents there, and move with it.
+// Beams at the start. The bodies at the ends are assembled as if beams were rigid, if that is possible. The pieces of a
+// beam without stated positions lie on the cubic curve (Hermite) through its ends with its tangents there, and move
+// with it.
 #pragma once
 
+#include "mechanism/mechanism.hpp"
 #include "values/state.hpp"
 
 namespace freeplay {
 
-struct Mechanism;
+/// The mechanism with a rigid joint of the bodies at its ends in place of each beam.
+Mechanism with_rigid_beams(Mechanism mechanism);
 
 /// Places the pieces that state no position in s.q.
 void place_beams(const Mechanism& mechanism, State& s);

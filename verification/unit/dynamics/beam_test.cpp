@@ -188,3 +188,35 @@ TEST_CASE("a flying beam keeps its momentum and its energy", "[beams]") {
     CHECK(std::abs(ledger.closure()) < 1e-6 * ledger.scale());
   }
 }
+
+TEST_CASE("a mechanism with a beam is assembled as with a rigid link", "[beams]") {
+  // A slider-crank whose bodies at the ends of the rod state no position: the rod has 0.12 m at the crank angle 60°,
+  // and turns with ω_crank r cos φ/(l cos β), sin β = r sin φ/l.
+  const double r = 0.05, l = 0.12, speed = 20, phi = std::numbers::pi / 3,
+               beta = std::asin(r / l * std::sin(phi));
+  const auto scene = parse_scene(
+      test::body("crank", 1, 1e-3) + test::body("big_end", 0.1, 1e-5) + test::body("eye", 0.1, 1e-5) +
+          test::body("slider", 1, 1e-3, "position = [0.15, 0.0]\n") + test::pin("main", "ground", "crank") +
+          test::pin("big", "crank", "big_end", {r, 0}) + test::pin("gudgeon", "eye", "slider") +
+          test::guide("guide", "ground", "slider") +
+          test::drive("motor", "main", fmt::format("speed = {}\ninitial_angle = {}\n", speed, phi)) +
+          fmt::format(
+              "[beams.rod]\nbetween = [\"big_end\", \"eye\"]\nlength = {}\nyoung = 2e11\ndensity = 7800\n"
+              "section = \"circle\"\ndiameter = 5e-3\nelements = 3\n",
+              l) +
+          test::run_for(1),
+      "beam");
+  const auto s = assemble(scene.mechanism, RunOptions::Start::assembled);
+  const double x = r * std::cos(phi) + l * std::cos(beta),
+               turn = -speed * r * std::cos(phi) / (l * std::cos(beta));
+  CHECK(std::abs(s.q[9] - x) < 1e-12);  // slider
+  CHECK(s.v[9] == Approx(-speed * r * std::sin(phi) + l * std::sin(beta) * turn).epsilon(1e-9));
+  for (const std::size_t piece : {0, 1, 2}) {
+    CAPTURE(piece);
+    const std::size_t i = 3 * (4 + piece);
+    const double share = (static_cast<double>(piece) + 0.5) / 3;
+    CHECK(std::abs(s.q[i] - (r * std::cos(phi) + share * l * std::cos(beta))) < 1e-12);
+    CHECK(std::abs(std::remainder(s.q[i + 2] + beta, 2 * std::numbers::pi)) < 1e-12);
+    CHECK(s.v[i + 2] == Approx(turn).epsilon(1e-9));
+  }
+}
