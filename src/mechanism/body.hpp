@@ -47,7 +47,7 @@ struct Body {
   std::optional<double> angular_velocity = {};  ///< rad/s
   ///@}
   std::vector<NamedPoint> points = {};  ///< the elements that use them store coordinates
-  bool made = false;                ///< made from a group or a beam, which states all its facts
+  bool made = false;                    ///< made from a group or a beam, which states all its facts
   /// a mass without rotation: no inertia, no angle (point_bodies.hpp)
   bool point = false;
 
