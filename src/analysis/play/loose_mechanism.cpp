@@ -309,7 +309,8 @@ bool LooseMechanism::equations(const Eigen::VectorXd& q, const Eigen::VectorXd& 
     } else {
       f.F[i] = point_->output(k);
       if (row.u >= 0) {
-        const double c = point_->output(static_cast<std::size_t>(radii_ + row.radius));
+        const double c =
+            point_->output(static_cast<std::size_t>(radii_) + static_cast<std::size_t>(row.radius));
         f.F[i] -= c * u[row.u];
         f.by_u(i, row.u) = -c;
       }

@@ -26,7 +26,8 @@ struct Enclosed {
 ///
 /// because 2 x y ≤ N x²/m + m y²/N. Its greatest eigenvalue is bounded by that of the centre and row sums of R.
 VectorXd shifts(const Enclosed& M) {
-  const auto& [C, R] = M;
+  const MatrixXd& C = M.centre;
+  const MatrixXd& R = M.radius;
   const MatrixXd size = M.size();
   const auto excess = [&](int i, const std::vector<int>& rows) {
     double sum = C(i, i) + R(i, i);
