@@ -116,9 +116,9 @@ void Beam::keys(auto& k, auto& x) {
                          "a whole number from 1 to 1000"};
   k.between("two bodies, or \"ground\" and a body", x.between);
   k.ends("the ends of the beam", x.at);
-  k.take({"angles", "rad, rad",
-          "of the beam's tangent from its first to its second end, in the frame of each body"},
-         x.angles);
+  k.take(
+      {"angles", "rad", "of the beam's tangent from its first to its second end, in the frame of each body"},
+      x.angles);
   k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
   k.take({"elements", "", "number of pieces"}, x.elements, pieces);
   k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);

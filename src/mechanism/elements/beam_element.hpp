@@ -39,7 +39,7 @@ struct BeamElement {
   static void keys(auto& k, auto& x) {
     k.between("two bodies, or \"ground\" and a body", x.between);
     k.ends("the ends of the beam", x.at);
-    k.take({"angles", "rad, rad",
+    k.take({"angles", "rad",
             "of the beam's tangent from its first to its second end, in the frame of each body"},
            x.angles);
     k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
@@ -49,7 +49,7 @@ struct BeamElement {
     k.take({"shear_stiffness", "N", "shear modulus times shear area", "rigid in shear"}, x.shear,
            non_negative);
     k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
-    k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
+    k.take({"damping_time", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
            non_negative);
   }
 };

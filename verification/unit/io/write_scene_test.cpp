@@ -90,6 +90,18 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.nonsmooth.step.reset();
   write(scene);
+  for (const char* section :
+       {"area = 1e-4\nsecond_moment = 1e-9\n", "section = \"rectangle\"\nwidth = 0.01\nheight = 0.01\n",
+        "section = \"tube\"\ndiameter = 0.02\nwall = 0.001\n"})
+    write(parse_scene(
+        test::body("a", 1, 1) +
+            "[beams.rod]\nbetween = [\"ground\", \"a\"]\nlength = 1\nyoung = 2e11\ndensity = 8e3\n" +
+            section +
+            "[loads.piece]\ntype = \"beam\"\nbetween = [\"ground\", \"a\"]\nlength = 1\n"
+            "axial_stiffness = 1\nbending_stiffness = 1\n[tolerances.rod]\n"
+            "key = \"beams.rod.length\"\nupper = 1e-3\nlower = -1e-4\n" +
+            test::run_for(1),
+        "beams"));
   const std::set<std::string> other_spellings = {"drives.*.speed_rpm",
                                                  "drives.*.torque",
                                                  "run.revolutions",
