@@ -34,6 +34,7 @@ class OutputFunction {
   const double sign;
 
   double value = 0;           ///< h
+  double rounding = 0;        ///< of h and of the terms of its bound (play_bound.hpp)
   Eigen::VectorXd a, lambda;  ///< gradient and adjoint
   LooseMechanism::Equations f;
   DenseLu factors;  ///< of F_q

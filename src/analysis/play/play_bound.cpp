@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -243,11 +242,6 @@ void restrict_reach(const OutputFunction& h, const PlayExtreme& x, const Enclosu
 
 }  // namespace
 
-double rounding_of(const OutputFunction& h) {
-  // p(q*) − y(q*) = −λᵀF
-  return std::abs(h.lambda.dot(h.f.F)) + 4 * std::numeric_limits<double>::epsilon() * std::abs(h.value);
-}
-
 PartBound bound_on_part(OutputFunction& h, const PlayExtreme& x, const PlayPart& part, double accepted,
                         bool fresh) {
   constexpr int most = 8;
@@ -264,7 +258,7 @@ PartBound bound_on_part(OutputFunction& h, const PlayExtreme& x, const PlayPart&
     const Enclosed P{second.topLeftCorner(n, n), second_radius.topLeftCorner(n, n)};
     linear_terms(h, x, e, found.reach, d, linear, A);
     VectorXd sigma = shifts(quadratic(P, e.slope, A, d));
-    const auto total = [&] { return linear.sum() + 0.5 * sigma.sum() + rounding_of(h); };
+    const auto total = [&] { return linear.sum() + 0.5 * sigma.sum() + h.rounding; };
     if (total() > accepted) {
       const Enclosed positive = positive_part(P, e.slope.size() * d);
       if (const VectorXd other = shifts(quadratic(positive, e.slope, A, d)); other.sum() < sigma.sum())

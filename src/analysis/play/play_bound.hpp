@@ -32,9 +32,6 @@
 
 namespace freeplay {
 
-/// The rounding of h and of the terms of its bound, at the last h.evaluate().
-double rounding_of(const OutputFunction& h);
-
 struct PartBound {
   double excess = INFINITY;  ///< h(u) ≤ h(u*) + excess in V; infinite: no bound is found
   PlayPart reach;            ///< contains a greatest position of V

@@ -86,9 +86,15 @@ PlayExtreme PlayExtremes::greatest(int k, double sign, const Eigen::VectorXd& st
   x.q = region_.q + region_.slope * x.u;
   ascend(h, whole, x);
   if (!x.settled) climb(h, whole, x);
-  h.evaluate(x.u, x.q);
+  if (!h.evaluate(x.u, x.q)) {
+    // Near a dead centre rounding may keep Newton's method from converging.
+    x.value = NAN, x.bound = INFINITY;
+    x.a.setZero(mechanism_.size());
+    x.settled = false;
+    return x;
+  }
   x.value = h.value, x.a = h.a;
-  const double accepted = confirmed * x.a.lpNorm<1>() + 2 * rounding_of(h);
+  const double accepted = confirmed * x.a.lpNorm<1>() + 2 * h.rounding;
   LooseMechanism::Enclosures box;
   mechanism_.enclose(region_, region_.t, box);
   const auto bound = bound_on_part(h, x, whole, accepted, true);

@@ -28,6 +28,7 @@ class PlayExtremes {
   /// The value of output k at u; empty if the mechanism does not close there.
   std::optional<double> value(int k, const Eigen::VectorXd& u);
   /// The greatest value of sign · output k, and its bound. `start`: where the search begins (empty: at u = 0).
+  /// The bound is infinite, and the value no number, where the mechanism does not close.
   PlayExtreme greatest(int k, double sign, const Eigen::VectorXd& start = {});
 
  private:
