@@ -19,12 +19,17 @@
 
 namespace freeplay {
 
+/// Numbers of pieces of a beam.
+inline constexpr Range beam_pieces{[](double n) { return n >= 1 && n <= 1000 && n == static_cast<int>(n); },
+                                   "a whole number from 1 to 1000"};
+
+/// A flexible link between two bodies.
 struct Beam {
   /// Shape of the section. `given`: area and second moment are stated.
   enum class Section { given, rectangle, circle, tube };
   static constexpr std::string_view what = "a beam";
 
-  std::string name;
+  std::string name;                                ///< of the element in the scene
   std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, its end on each body, in the body's frame
   Vec2 angles{0, 0};                               ///< rad, of its tangents in the frames of the bodies
@@ -32,20 +37,22 @@ struct Beam {
   int elements = 8;                                ///< number of pieces
   double young = 0;                                ///< Pa
   double density = 0;                              ///< kg/m³
-  Section section = Section::given;
-  double area = 0;           ///< m², if given
-  double second_moment = 0;  ///< m⁴, if given
-  double width = 0;          ///< m, of a rectangle, perpendicular to the plane of motion
-  double height = 0;         ///< m, of a rectangle, in the plane of motion
-  double diameter = 0;       ///< m, of a circle or a tube, outside
-  double wall = 0;           ///< m, of a tube
-  double shear_modulus = 0;  ///< Pa; 0: rigid in shear (Euler–Bernoulli)
-  double shear_factor = 5.0 / 6;
-  double curvature = 0;  ///< 1/m, unloaded
-  double damping = 0;    ///< s, stiffness-proportional
-  int first = 0;         ///< index of its first body
+  Section section = Section::given;                ///< shape
+  double area = 0;                                 ///< m², if given
+  double second_moment = 0;                        ///< m⁴, if given
+  double width = 0;               ///< m, of a rectangle, perpendicular to the plane of motion
+  double height = 0;              ///< m, of a rectangle, in the plane of motion
+  double diameter = 0;            ///< m, of a circle or a tube, outside
+  double wall = 0;                ///< m, of a tube
+  double shear_modulus = 0;       ///< Pa; 0: rigid in shear (Euler–Bernoulli)
+  double shear_factor = 5.0 / 6;  ///< shear area over area
+  double curvature = 0;           ///< 1/m, unloaded
+  double damping = 0;             ///< s, stiffness-proportional
+  int first = 0;                  ///< index of its first body
 
+  /// m, length of a piece.
   double piece() const { return length / elements; }
+  /// m²
   double section_area() const {
     switch (section) {
       case Section::rectangle:
@@ -58,6 +65,7 @@ struct Beam {
         return area;
     }
   }
+  /// m⁴, second moment of area.
   double section_moment() const {
     const auto disc = [](double d) { return std::numbers::pi / 64 * d * d * d * d; };
     switch (section) {
@@ -101,7 +109,39 @@ struct Beam {
     return x;
   }
 
-  static void keys(auto& k, auto& x);
+  static void keys(auto& k, auto& x) {
+    k.between("two bodies, or \"ground\" and a body", x.between);
+    k.ends("the ends of the beam", x.at);
+    k.take({"angles", "rad",
+            "of the beam's tangent from its first to its second end, in the frame of each body"},
+           x.angles);
+    k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
+    k.take({"elements", "", "number of pieces"}, x.elements, beam_pieces);
+    k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
+    k.need({"density", "kg/m³", "> 0"}, x.density, positive);
+    k.choose({"section", "", ""}, x.section);
+    if (k.when(x.section == Beam::Section::given, {"area", "second_moment"}, "needs section = \"given\"")) {
+      k.need({"area", "m²", "of the section, > 0"}, x.area, positive);
+      k.need({"second_moment", "m⁴", "second moment of area of the section, > 0"}, x.second_moment, positive);
+    }
+    if (k.when(x.section == Beam::Section::rectangle, {"width", "height"}, "needs section = \"rectangle\"")) {
+      k.need({"width", "m", "rectangle: perpendicular to the plane of motion, > 0"}, x.width, positive);
+      k.need({"height", "m", "rectangle: in the plane of motion, > 0"}, x.height, positive);
+    }
+    if (k.when(x.section == Beam::Section::circle || x.section == Beam::Section::tube, {"diameter"},
+               "needs section = \"circle\" or \"tube\""))
+      k.need({"diameter", "m", "circle or tube: outside, > 0"}, x.diameter, positive);
+    if (k.when(x.section == Beam::Section::tube, {"wall"}, "needs section = \"tube\"")) {
+      k.need({"wall", "m", "tube: thickness, > 0"}, x.wall, positive);
+      k.check(2 * x.wall <= x.diameter, "wall", "must be at most half of the diameter");
+    }
+    k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
+           x.shear_modulus, non_negative);
+    k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
+    k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
+    k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
+           non_negative);
+  }
 };
 
 inline constexpr auto beam_section_names =
@@ -109,43 +149,7 @@ inline constexpr auto beam_section_names =
                              {Beam::Section::rectangle, "rectangle", "by width and height"},
                              {Beam::Section::circle, "circle", "by diameter"},
                              {Beam::Section::tube, "tube", "by diameter and wall"}});
+/// Words of the shapes in a scene.
 constexpr const auto& choices(Beam::Section) { return beam_section_names; }
-
-void Beam::keys(auto& k, auto& x) {
-  constexpr Range pieces{[](double n) { return n >= 1 && n <= 1000 && n == static_cast<int>(n); },
-                         "a whole number from 1 to 1000"};
-  k.between("two bodies, or \"ground\" and a body", x.between);
-  k.ends("the ends of the beam", x.at);
-  k.take(
-      {"angles", "rad", "of the beam's tangent from its first to its second end, in the frame of each body"},
-      x.angles);
-  k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
-  k.take({"elements", "", "number of pieces"}, x.elements, pieces);
-  k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
-  k.need({"density", "kg/m³", "> 0"}, x.density, positive);
-  k.choose({"section", "", ""}, x.section);
-  const auto in = [&](Beam::Section section) { return x.section == section; };
-  using enum Beam::Section;
-  if (k.when(in(given), {"area", "second_moment"}, "needs section = \"given\"")) {
-    k.need({"area", "m²", "of the section, > 0"}, x.area, positive);
-    k.need({"second_moment", "m⁴", "second moment of area of the section, > 0"}, x.second_moment, positive);
-  }
-  if (k.when(in(rectangle), {"width", "height"}, "needs section = \"rectangle\"")) {
-    k.need({"width", "m", "rectangle: perpendicular to the plane of motion, > 0"}, x.width, positive);
-    k.need({"height", "m", "rectangle: in the plane of motion, > 0"}, x.height, positive);
-  }
-  if (k.when(in(circle) || in(tube), {"diameter"}, "needs section = \"circle\" or \"tube\""))
-    k.need({"diameter", "m", "circle or tube: outside, > 0"}, x.diameter, positive);
-  if (k.when(in(tube), {"wall"}, "needs section = \"tube\"")) {
-    k.need({"wall", "m", "tube: thickness, > 0"}, x.wall, positive);
-    k.check(2 * x.wall <= x.diameter, "wall", "must be at most half of the diameter");
-  }
-  k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
-         x.shear_modulus, non_negative);
-  k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
-  k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
-  k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
-         non_negative);
-}
 
 }  // namespace freeplay
