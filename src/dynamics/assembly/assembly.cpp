@@ -378,6 +378,9 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                     : "no velocity is given, and the ideal mechanism cannot move: bodies without a "
                       "drive start at rest";
   }
+  if (!mechanism.beams.empty() && !stiff && !rests)
+    note += fmt::format("{}beams begin strained: the given positions do not fit their unloaded shape",
+                        note.empty() ? "" : "; ");
   if (!found.empty()) note += (note.empty() ? "" : "; ") + found;
   if (stop()) throw Interrupted();
   if (stiff && !rests) s.v = stiff->v;

@@ -219,3 +219,21 @@ TEST_CASE("a mechanism with a beam is assembled as with a rigid link", "[beams]"
     CHECK(s.v[i + 2] == Approx(turn).epsilon(1e-9));
   }
 }
+
+TEST_CASE("stated positions that strain a beam are kept, with a note", "[beams]") {
+  const auto start = [](double length) {
+    const auto scene =
+        parse_scene(light("a", 0) + light("b", 1) +
+                        fmt::format("[beams.rod]\nbetween = [\"a\", \"b\"]\nlength = {}\nyoung = 1e5\n"
+                                    "density = 1\narea = 1\nsecond_moment = 1e-5\n",
+                                    length) +
+                        test::run_for(1),
+                    "beam");
+    std::string assumed;
+    const auto s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
+    CHECK(s.q[3] == 1);
+    return assumed;
+  };
+  CHECK_THAT(start(0.9), Catch::Matchers::Contains("strained"));
+  CHECK(start(1).empty());
+}
