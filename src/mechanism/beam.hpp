@@ -2,9 +2,9 @@
 //
 // It is divided into equal pieces of length l. Each is a body NAME-1, NAME-2, … of mass ρAl and moment of inertia
 // ρAl³/12 + ρIl at its middle; beam elements (elements/beam_element.hpp) NAME-1, NAME-2, … connect the middles, and half
-// elements the outer ones with the ends on both bodies. Stiffness of small deflections is therefore exact for forces
-// and couples at the ends and middles, masses are those of the midpoint rule: errors of frequencies are of second
-// order in l. The bodies at the ends keep their mass.
+// elements the outer ones with the ends on both bodies. A free end has no element: the outer half of its piece is rigid.
+// Stiffness of small deflections is therefore exact for forces and couples at fastened ends and middles, masses are
+// those of the midpoint rule: errors of frequencies are of second order in l. The bodies at the ends keep their mass.
 #pragma once
 
 #include <array>
@@ -19,6 +19,9 @@
 
 namespace freeplay {
 
+/// In place of a body: an end of a beam that is fastened to nothing.
+inline constexpr int free_end = -2;
+
 /// Numbers of pieces of a beam.
 inline constexpr Range beam_pieces{[](double n) { return n >= 1 && n <= 1000 && n == static_cast<int>(n); },
                                    "a whole number from 1 to 1000"};
@@ -30,7 +33,7 @@ struct Beam {
   static constexpr std::string_view what = "a beam";
 
   std::string name;                                ///< of the element in the scene
-  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, ground or free_end
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, its end on each body, in the body's frame
   Vec2 angles{0, 0};                               ///< rad, of its tangents in the frames of the bodies
   double length = 0;                               ///< m, unloaded, along the beam
@@ -52,6 +55,8 @@ struct Beam {
 
   /// m, length of a piece.
   double piece() const { return length / elements; }
+  /// Whether an end, 0 or 1, is fastened to nothing.
+  bool is_free(std::size_t end) const { return between[end] == free_end; }
   /// m²
   double section_area() const {
     switch (section) {
@@ -91,7 +96,7 @@ struct Beam {
     b.made = true;
     return b;
   }
-  /// Element n of `elements` + 1, counted from 0.
+  /// Element n of `elements` + 1, counted from 0. There is no first or last one at a free end.
   BeamElement element(int n) const {
     BeamElement x;
     x.name = piece_name(n + 1);
@@ -110,11 +115,17 @@ struct Beam {
   }
 
   static void keys(auto& k, auto& x) {
-    k.between("two bodies, or \"ground\" and a body", x.between);
+    k.between("two of bodies, \"ground\" and, at one end, \"free\": fastened to nothing", x.between, true);
     k.ends("the ends of the beam", x.at);
     k.take({"angles", "rad",
             "of the beam's tangent from its first to its second end, in the frame of each body"},
            x.angles);
+    for (const std::size_t end : {0, 1}) {
+      const double angle = end == 0 ? x.angles.x() : x.angles.y();
+      k.check(!x.is_free(end) || x.at[end].is_zero(), "at",
+              "must be [0, 0] at the free end, which is on no body");
+      k.check(!x.is_free(end) || angle == 0, "angles", "must be 0 at the free end, which is on no body");
+    }
     k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
     k.take({"elements", "", "number of pieces"}, x.elements, beam_pieces);
     k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);

@@ -161,7 +161,7 @@ class KeysList {
     add(seconds, "number", "–");
   }
   void part_of_length(const Key& key, double&) { add(key, "number", "0"); }
-  void between(std::string_view meaning, std::array<int, 2>&) {
+  void between(std::string_view meaning, std::array<int, 2>&, bool = false) {
     add({"between", "", meaning}, "names", "required");
   }
   void ends(std::string_view meaning, std::array<Vec2, 2>&) {

@@ -175,15 +175,19 @@ int KeysReader::body_index(std::string_view key, const std::string& name) const 
   return name == "ground" ? ground : named(key, "body", mechanism_.bodies, name, {"ground"});
 }
 
-void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
+void KeysReader::between(std::string_view, std::array<int, 2>& pair, bool free) {
   const auto names = s_.names("between");
   if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
-  pair = {body_index("between", names[0]), body_index("between", names[1])};
+  const auto index = [&](const std::string& name) {
+    return free && is_free(name) ? free_end : body_index("between", name);
+  };
+  pair = {index(names[0]), index(names[1])};
   differ(pair);
   pair_ = pair;
 }
 
 Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& name) const {
+  if (body == free_end) s_.fail(key, "must be [0, 0] at the free end, which is on no body");
   if (body == ground && fixed_.points.empty())
     s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y], or "
                              "[ground] with points = {{ {} = [x, y] }}",

@@ -78,7 +78,8 @@ class KeysReader : public SectionReader, private KeyRules {
   void length(const Key& turns, const Key& seconds, double& duration);
   void part_of_length(const Key& key, double& x);
 
-  void between(std::string_view meaning, std::array<int, 2>& pair);
+  /// `free`: an end may be free_end.
+  void between(std::string_view meaning, std::array<int, 2>& pair, bool free = false);
   void ends(std::string_view meaning, std::array<Vec2, 2>& at);
   /// Named points of a body, in any frame. The point named `centre` is the centre of mass in that
   /// frame; the result is relative to it.
