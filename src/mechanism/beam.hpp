@@ -126,7 +126,9 @@ struct Beam {
               "must be [0, 0] at the free end, which is on no body");
       k.check(!x.is_free(end) || angle == 0, "angles", "must be 0 at the free end, which is on no body");
     }
-    k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
+    k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
+    k.beam_length({"length", "m", "unloaded, along the beam, > 0", "from the stated positions of its ends"},
+                  x);
     k.take({"elements", "", "number of pieces"}, x.elements, beam_pieces);
     k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
     k.need({"density", "kg/m³", "> 0"}, x.density, positive);
@@ -149,7 +151,6 @@ struct Beam {
     k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
            x.shear_modulus, non_negative);
     k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
-    k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
     k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
            non_negative);
   }

@@ -167,6 +167,7 @@ class KeysList {
   void ends(std::string_view meaning, std::array<Vec2, 2>&) {
     add({"at", "m", meaning}, "points or names", "[[0, 0], [0, 0]]");
   }
+  void beam_length(const Key& key, Beam&) { add(key, "number", std::string(key.fallback)); }
   void points(const Key& key, std::string_view, std::vector<NamedPoint>&) { add(key, "table", "–"); }
   void point_of(const Key& key, int, Vec2& at) { add(key, "point or name", shown(at)); }
   void angles(const Key& key, std::vector<JointAngle>&) { add(key, "names", "–"); }

@@ -318,3 +318,44 @@ TEST_CASE("ends of beams that are free wrongly are refused", "[beams]") {
       "beam");
   CHECK(scene.mechanism.beams[0].between == std::array{0, 1});
 }
+
+TEST_CASE("the length of a beam follows from stated positions of its ends", "[beams]") {
+  const auto text = [](const std::string& body, const std::string& keys) {
+    return body +
+           "[beams.rod]\nyoung = 1e5\ndensity = 1\narea = 1\nsecond_moment = 1e-5\n"
+           "between = [\"ground\", \"b\"]\n" +
+           keys + test::run_for(1);
+  };
+  const auto length = [&](const std::string& body, const std::string& keys) {
+    return parse_scene(text(body, keys), "beam").mechanism.beams[0].length;
+  };
+  const auto centre = test::body("b", 1, 1, "position = [4, 3]\n"),
+             turned =
+                 test::body("b", 1, 1, fmt::format("position = [4, 3]\nangle = {}\n", std::numbers::pi / 2));
+  CHECK(length(centre, "") == Approx(5).epsilon(1e-15));
+  // The point (2, 0) of a body at a right angle is at (4, 5); from (1, 1) it is 5 m away.
+  CHECK(length(turned, "at = [[1, 1], [2, 0]]\n") == Approx(5).epsilon(1e-15));
+  // An arc of radius 5 m over a chord of 5 m has a sixth of a circle, to either side; a half circle is the longest.
+  for (const char* bend : {"0.2", "-0.2"})
+    CHECK(length(centre, fmt::format("curvature = {}\n", bend)) ==
+          Approx(5 * std::numbers::pi / 3).epsilon(1e-14));
+  CHECK(length(centre, "curvature = 1e-9\n") == Approx(5).epsilon(1e-14));
+  CHECK(length(centre, "length = 7\n") == 7);
+
+  const auto said = [&](const std::string& body, const std::string& keys) {
+    return test::refusal(text(body, keys));
+  };
+  using Catch::Matchers::Contains;
+  CHECK_THAT(said(test::body("b", 1, 1), ""),
+             Contains("beams.rod.length") && Contains("bodies.b states no position"));
+  CHECK_THAT(said(centre, "at = [[0, 0], [1, 0]]\n"), Contains("bodies.b states no angle"));
+  CHECK_THAT(said(centre, "at = [[4, 3], [0, 0]]\n"), Contains("same place"));
+  CHECK_THAT(said(centre, "curvature = 0.5\n"), Contains("no such arc"));
+  CHECK_THAT(test::refusal(test::replaced(text(centre, ""), "\"b\"", "\"free\"")),
+             Contains("free end needs it"));
+
+  // The position varies, and with it the length.
+  auto scene = parse_scene(text(centre, ""), "beam");
+  scene.set("bodies.b.position", "[8, 6]");
+  CHECK(scene.mechanism.beams[0].length == Approx(10).epsilon(1e-15));
+}
