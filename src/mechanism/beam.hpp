@@ -84,6 +84,19 @@ struct Beam {
         return second_moment;
     }
   }
+  /// s²/m⁴, ρA/EI: a bending wave of the angular frequency ω has the wave number k = (ω² ρA/EI)^¼. Concentrated masses
+  /// raise its frequency by (k l)²/24 of its value.
+  double wave_factor() const { return density * section_area() / (young * section_moment()); }
+  /// (k l)² of an error of 1 %.
+  static constexpr double resolved_square = 0.24;
+  /// rad/s, up to which bending waves have an error of at most 1 %.
+  double resolved() const { return resolved_square / (piece() * piece() * std::sqrt(wave_factor())); }
+  /// Number of pieces that resolve bending waves up to an angular frequency (rad/s) so.
+  double pieces_for(double omega) const {
+    return std::ceil(length * std::sqrt(omega * std::sqrt(wave_factor()) / resolved_square));
+  }
+  /// rad/s, highest frequency of axial vibration, 2c/l: neighbouring pieces move against each other.
+  double highest() const { return 2 * std::sqrt(young / density) / piece(); }
   /// Name of piece n, counted from 1.
   std::string piece_name(int n) const { return name + "-" + std::to_string(n); }
   /// Piece n as a body, counted from 0.
@@ -129,7 +142,7 @@ struct Beam {
     k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
     k.beam_length({"length", "m", "unloaded, along the beam, > 0", "from the stated positions of its ends"},
                   x);
-    k.take({"elements", "", "number of pieces"}, x.elements, beam_pieces);
+    k.take({"elements", "", "number of pieces; or frequency_range"}, x.elements, beam_pieces);
     k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
     k.need({"density", "kg/m³", "> 0"}, x.density, positive);
     k.choose({"section", "", ""}, x.section);
@@ -153,6 +166,22 @@ struct Beam {
     k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
     k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
            non_negative);
+    k.together(
+        {{{"frequency_range", "Hz",
+           "in place of elements: as many as give bending waves up to it an error of at most 1 % of their "
+           "frequency, > 0"},
+          "number"}},
+        x, [](auto& s, auto& beam) { beam.read_frequency_range(s); });
+  }
+
+ private:
+  void read_frequency_range(auto& section) {
+    constexpr const char* key = "frequency_range";
+    if (!section.has(key)) return;
+    if (section.has("elements")) section.fail(key, "determines elements; remove one of the two keys");
+    const double pieces = pieces_for(2 * std::numbers::pi * section.number(key, positive));
+    if (!beam_pieces.holds(pieces)) section.fail(key, "needs more than 1000 elements");
+    elements = static_cast<int>(pieces);
   }
 };
 

@@ -359,3 +359,34 @@ TEST_CASE("the length of a beam follows from stated positions of its ends", "[be
   scene.set("bodies.b.position", "[8, 6]");
   CHECK(scene.mechanism.beams[0].length == Approx(10).epsilon(1e-15));
 }
+
+TEST_CASE("a range of frequencies determines the number of elements", "[beams]") {
+  // Between pins, ω = (3π)² at the third frequency: l ≤ √0.24/(3π) makes 20 pieces of 1 m, with an error (3π/20)²/24.
+  const double pi = std::numbers::pi, omega = 9 * pi * pi;
+  const auto text = [&](const std::string& keys) {
+    return light("begin", 0) + light("end", 1) + test::pin("A", "ground", "begin") +
+           test::pin("B", "ground", "end", {1, 0}) +
+           "[beams.rod]\nbetween = [\"begin\", \"end\"]\nyoung = 1e6\ndensity = 1\narea = 1\nsecond_moment = 1e-6\n" +
+           keys;
+  };
+  const auto range = [](double hertz) { return fmt::format("frequency_range = {}\n", hertz); };
+  auto scene = parse_scene(text(range(omega / (2 * pi))) + test::run_for(1), "beam");
+  const auto& rod = scene.mechanism.beams[0];
+  CHECK(rod.elements == 20);
+  CHECK(rod.resolved() >= omega);
+  CHECK(rod.highest() == Approx(2 * 1e3 * 20));
+  const double error = frequencies(text(range(omega / (2 * pi)))).at(2) / omega - 1;
+  CHECK(error > 0);
+  CHECK(error < 0.01);
+  CHECK(parse_scene(text("") + test::run_for(1), "beam").mechanism.beams[0].elements == 8);
+  CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+
+  // In a scene without its text, the range replaces the number.
+  scene.text.clear();
+  scene.set("beams.rod.frequency_range", 4 * omega / (2 * pi));
+  CHECK(scene.mechanism.beams[0].elements == 39);
+  const auto said = [&](const std::string& keys) { return test::refusal(text(keys) + test::run_for(1)); };
+  test::check_messages(said, {{"elements = 4\n" + range(1), "determines elements"},
+                              {range(1e6), "more than 1000 elements"},
+                              {range(0), "greater than 0"}});
+}
