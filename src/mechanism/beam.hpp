@@ -105,6 +105,7 @@ struct Beam {
     x.shear = shear_modulus * shear_factor * section_area();
     x.curvature = curvature;
     x.damping = damping;
+    x.section = begins ? -0.5 : ends ? 0.5 : 0;
     x.made = true;
     return x;
   }
