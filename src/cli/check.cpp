@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <numbers>
+
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
 #include "cli/scene_report.hpp"
@@ -131,6 +133,20 @@ int list_units() {
   return 0;
 }
 
+/// Prints the division of each beam and the frequencies that it resolves and adds.
+void beams(const Mechanism& m) {
+  for (const auto& beam : m.beams) {
+    const double hertz = 1 / (2 * std::numbers::pi);
+    fmt::print("{}", wrapped(fmt::format("\n  beam {}: {} pieces of {:.4g} mm and {:.4g} kg\n", beam.name,
+                                         beam.elements, 1e3 * beam.piece(), beam.body(0).mass),
+                             4));
+    fmt::print("    bending: up to {:.4g} Hz with an error of at most 1 % of the frequency\n",
+               hertz * beam.resolved());
+    fmt::print("    axial vibration: up to {:.4g} Hz, which explicit steps resolve\n",
+               hertz * beam.highest());
+  }
+}
+
 void draw_pose(const Scene& scene, const State& start, const std::string& output) {
   const auto folder = result_folder(output, output);
   ResultSet set(folder, "check");
@@ -198,6 +214,7 @@ int check(const CheckRequest& request) {
   if (!ideal->assumed.empty()) line("start", ideal->assumed);
   for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
+  beams(scene.mechanism);
   const auto teeth = teeth_at(scene.mechanism, start.q);
   for (int k = 0; k < system.reported(); ++k) {
     const auto& facts = system.contact_facts(k);

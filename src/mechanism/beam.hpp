@@ -2,9 +2,9 @@
 //
 // It is divided into equal pieces of length l. Each is a body NAME-1, NAME-2, … of mass ρAl and moment of inertia
 // ρAl³/12 + ρIl at its middle; beam elements (elements/beam_element.hpp) NAME-1, NAME-2, … connect the middles, and half
-// elements the outer ones with the ends on both bodies. Stiffness of small deflections is therefore exact for forces
-// and couples at the ends and middles, masses are those of the midpoint rule: errors of frequencies are of second
-// order in l. The bodies at the ends keep their mass.
+// elements the outer ones with the ends on both bodies. A free end has no element: the outer half of its piece is rigid.
+// Stiffness of small deflections is therefore exact for forces and couples at fastened ends and middles, masses are
+// those of the midpoint rule: errors of frequencies are of second order in l. The bodies at the ends keep their mass.
 #pragma once
 
 #include <array>
@@ -19,6 +19,9 @@
 
 namespace freeplay {
 
+/// In place of a body: an end of a beam that is fastened to nothing.
+inline constexpr int free_end = -2;
+
 /// Numbers of pieces of a beam.
 inline constexpr Range beam_pieces{[](double n) { return n >= 1 && n <= 1000 && n == static_cast<int>(n); },
                                    "a whole number from 1 to 1000"};
@@ -30,7 +33,7 @@ struct Beam {
   static constexpr std::string_view what = "a beam";
 
   std::string name;                                ///< of the element in the scene
-  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
+  std::array<int, 2> between{ground, ground};      ///< first and second body: indices, ground or free_end
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, its end on each body, in the body's frame
   Vec2 angles{0, 0};                               ///< rad, of its tangents in the frames of the bodies
   double length = 0;                               ///< m, unloaded, along the beam
@@ -52,6 +55,8 @@ struct Beam {
 
   /// m, length of a piece.
   double piece() const { return length / elements; }
+  /// Whether an end, 0 or 1, is fastened to nothing.
+  bool is_free(std::size_t end) const { return between[end] == free_end; }
   /// m²
   double section_area() const {
     switch (section) {
@@ -79,6 +84,19 @@ struct Beam {
         return second_moment;
     }
   }
+  /// s²/m⁴, ρA/EI: a bending wave of the angular frequency ω has the wave number k = (ω² ρA/EI)^¼. Concentrated masses
+  /// raise its frequency by (k l)²/24 of its value.
+  double wave_factor() const { return density * section_area() / (young * section_moment()); }
+  /// (k l)² of an error of 1 %.
+  static constexpr double resolved_square = 0.24;
+  /// rad/s, up to which bending waves have an error of at most 1 %.
+  double resolved() const { return resolved_square / (piece() * piece() * std::sqrt(wave_factor())); }
+  /// Number of pieces that resolve bending waves up to an angular frequency (rad/s) so.
+  double pieces_for(double omega) const {
+    return std::ceil(length * std::sqrt(omega * std::sqrt(wave_factor()) / resolved_square));
+  }
+  /// rad/s, highest frequency of axial vibration, 2c/l: neighbouring pieces move against each other.
+  double highest() const { return 2 * std::sqrt(young / density) / piece(); }
   /// Name of piece n, counted from 1.
   std::string piece_name(int n) const { return name + "-" + std::to_string(n); }
   /// Piece n as a body, counted from 0.
@@ -91,7 +109,7 @@ struct Beam {
     b.made = true;
     return b;
   }
-  /// Element n of `elements` + 1, counted from 0.
+  /// Element n of `elements` + 1, counted from 0. There is no first or last one at a free end.
   BeamElement element(int n) const {
     BeamElement x;
     x.name = piece_name(n + 1);
@@ -111,13 +129,21 @@ struct Beam {
   }
 
   static void keys(auto& k, auto& x) {
-    k.between("two bodies, or \"ground\" and a body", x.between);
+    k.between("two of bodies, \"ground\" and, at one end, \"free\": fastened to nothing", x.between, true);
     k.ends("the ends of the beam", x.at);
     k.take({"angles", "rad",
             "of the beam's tangent from its first to its second end, in the frame of each body"},
            x.angles);
-    k.need({"length", "m", "unloaded, along the beam, > 0"}, x.length, positive);
-    k.take({"elements", "", "number of pieces"}, x.elements, beam_pieces);
+    for (const std::size_t end : {0, 1}) {
+      const double angle = end == 0 ? x.angles.x() : x.angles.y();
+      k.check(!x.is_free(end) || x.at[end].is_zero(), "at",
+              "must be [0, 0] at the free end, which is on no body");
+      k.check(!x.is_free(end) || angle == 0, "angles", "must be 0 at the free end, which is on no body");
+    }
+    k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
+    k.beam_length({"length", "m", "unloaded, along the beam, > 0", "from the stated positions of its ends"},
+                  x);
+    k.take({"elements", "", "number of pieces; or frequency_range"}, x.elements, beam_pieces);
     k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
     k.need({"density", "kg/m³", "> 0"}, x.density, positive);
     k.choose({"section", "", ""}, x.section);
@@ -139,9 +165,24 @@ struct Beam {
     k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
            x.shear_modulus, non_negative);
     k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
-    k.take({"curvature", "1/m", "of the unloaded beam, positive if it bends to the left"}, x.curvature);
     k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
            non_negative);
+    k.together(
+        {{{"frequency_range", "Hz",
+           "in place of elements: as many as give bending waves up to it an error of at most 1 % of their "
+           "frequency, > 0"},
+          "number"}},
+        x, [](auto& s, auto& beam) { beam.read_frequency_range(s); });
+  }
+
+ private:
+  void read_frequency_range(auto& section) {
+    constexpr const char* key = "frequency_range";
+    if (!section.has(key)) return;
+    if (section.has("elements")) section.fail(key, "determines elements; remove one of the two keys");
+    const double pieces = pieces_for(2 * std::numbers::pi * section.number(key, positive));
+    if (!beam_pieces.holds(pieces)) section.fail(key, "needs more than 1000 elements");
+    elements = static_cast<int>(pieces);
   }
 };
 

@@ -7,7 +7,8 @@ namespace freeplay {
 void add_beam(Mechanism& mechanism, Beam beam) {
   beam.first = static_cast<int>(mechanism.bodies.size());
   for (int n = 0; n < beam.elements; ++n) mechanism.bodies.push_back(beam.body(n));
-  for (int n = 0; n <= beam.elements; ++n) mechanism.loads.emplace_back(beam.element(n));
+  for (int n = beam.is_free(0) ? 1 : 0; n < beam.elements + (beam.is_free(1) ? 0 : 1); ++n)
+    mechanism.loads.emplace_back(beam.element(n));
   mechanism.beams.push_back(std::move(beam));
 }
 

@@ -14,6 +14,7 @@ namespace {
 struct BeamEnd {
   Vec2 place, tangent, velocity{0, 0}, turning{0, 0};
   double angle = 0;  // rad, of the tangent, full turns included
+  double rate = 0;   // rad/s
 };
 
 BeamEnd end_of(const Beam& beam, std::size_t k, const State& s) {
@@ -27,10 +28,16 @@ BeamEnd end_of(const Beam& beam, std::size_t k, const State& s) {
   const double turn = end.angle - own, c = std::cos(turn), sn = std::sin(turn);
   const Vec2 arm{c * end.place.x() - sn * end.place.y(), sn * end.place.x() + c * end.place.y()};
   end.place = planar::position(s.q.data(), body) + arm;
-  const double rate = planar::rate(s.v.data(), body);
-  end.velocity = planar::velocity(s.v.data(), body) + rate * perp(arm);
-  end.turning = rate * perp(end.tangent);
+  end.rate = planar::rate(s.v.data(), body);
+  end.velocity = planar::velocity(s.v.data(), body) + end.rate * perp(arm);
+  end.turning = end.rate * perp(end.tangent);
   return end;
+}
+
+/// From the beginning to the end of an arc that begins in the direction `angle`. A negative length goes back.
+Vec2 arc(double length, double curvature, double angle) {
+  const double half = 0.5 * curvature * length, chord = length * (half == 0 ? 1 : std::sin(half) / half);
+  return {chord * std::cos(angle + half), chord * std::sin(angle + half)};
 }
 
 /// Weights of place and tangent at both ends in the place of the curve at the share x of the length, and in its
@@ -46,10 +53,27 @@ struct Cubic {
   }
 };
 
-/// Calls f(body, place, slope, velocity, rate of the slope, first end) for each piece.
+/// Calls f for the pieces of a beam with a free end: the unloaded arc, which moves with the body at end k.
+template <class F>
+void each_piece_of_arc(const Beam& beam, std::size_t k, const State& s, F f) {
+  const auto from = end_of(beam, k, s);
+  for (int n = 0; n < beam.elements; ++n) {
+    const double along = beam.length * ((n + 0.5) / beam.elements - static_cast<double>(k)),
+                 angle = from.angle + beam.curvature * along;
+    const Vec2 arm = arc(along, beam.curvature, from.angle), slope{std::cos(angle), std::sin(angle)};
+    f(beam.first + n, Vec2(from.place + arm), slope, Vec2(from.velocity + from.rate * perp(arm)),
+      Vec2(from.rate * perp(slope)), from);
+  }
+}
+
+/// Calls f(body, place, slope, velocity, rate of the slope, an end that is not free) for each piece.
 template <class F>
 void each_piece(const Mechanism& mechanism, const State& s, F f) {
   for (const auto& beam : mechanism.beams) {
+    if (beam.is_free(0) || beam.is_free(1)) {
+      each_piece_of_arc(beam, beam.is_free(0) ? 1 : 0, s, f);
+      continue;
+    }
     const auto a = end_of(beam, 0, s), b = end_of(beam, 1, s);
     for (int n = 0; n < beam.elements; ++n) {
       const Cubic cubic((n + 0.5) / beam.elements);
@@ -68,15 +92,12 @@ void each_piece(const Mechanism& mechanism, const State& s, F f) {
 
 Mechanism with_rigid_beams(Mechanism mechanism) {
   for (const auto& beam : mechanism.beams) {
-    const double turn = beam.curvature * beam.length, half = 0.5 * turn;
-    // From the first to the second end of the arc, in axes along and left of the first tangent.
-    const double chord = beam.length * (half == 0 ? 1 : std::sin(half) / half),
-                 c = std::cos(beam.angles.x() + half), s = std::sin(beam.angles.x() + half);
+    if (beam.is_free(0) || beam.is_free(1)) continue;
     RigidJoint joint;
     joint.name = beam.name;
     joint.between = beam.between;
-    joint.at = {beam.at[0] + Vec2{chord * c, chord * s}, beam.at[1]};
-    joint.angle = beam.angles.x() + turn - beam.angles.y();
+    joint.at = {beam.at[0] + arc(beam.length, beam.curvature, beam.angles.x()), beam.at[1]};
+    joint.angle = beam.angles.x() + beam.curvature * beam.length - beam.angles.y();
     mechanism.joints.emplace_back(std::move(joint));
   }
   mechanism.beams.clear();

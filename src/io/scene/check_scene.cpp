@@ -95,8 +95,12 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
     at(mechanism_.curves, index, key.name);
     usable(key.name, index, use);
   }
-  void between(std::string_view, const std::array<int, 2>& pair) const {
-    for (const int body : pair) known_body("between", body);
+  void between(std::string_view, const std::array<int, 2>& pair, bool free = false) const {
+    for (const int body : pair)
+      if (!free || body != free_end)
+        known_body("between", body);
+      else if (!is_free("free"))
+        fail("between", "cannot have a free end: a body has the name \"free\"");
     differ(pair);
   }
   void ends(std::string_view, const std::array<Vec2, 2>& points) const { all({"at", "m", ""}, points); }
@@ -276,7 +280,8 @@ void check_scene(const Scene& scene) try {
   KeysCheck check(m);
   check.title(m.title);
   each_section(check, scene);
-  if (m.groups.empty() && std::ranges::all_of(m.bodies, &Body::made)) throw ModelError("bodies", no_bodies);
+  if (m.groups.empty() && m.beams.empty() && std::ranges::all_of(m.bodies, &Body::made))
+    throw ModelError("bodies", no_bodies);
   check_elements_together(scene);
   auto meshed = m;
   set_phases(meshed);

@@ -48,6 +48,7 @@ void KeyRules::usable(std::string_view key, int curve, Curve::Use use) const {
 
 void KeyRules::differ(const std::array<int, 2>& pair) const {
   if (pair[0] != pair[1]) return;
+  if (pair[0] == free_end) fail("between", "one end must be on a body or the ground; both are free");
   fail("between",
        fmt::format("joins \"{}\" to itself",
                    pair[0] == ground ? "ground" : mechanism_.bodies[static_cast<std::size_t>(pair[0])].name));

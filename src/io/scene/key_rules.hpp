@@ -78,6 +78,10 @@ class KeyRules {
   /// The curve permits this use.
   void usable(std::string_view key, int curve, Curve::Use use) const;
   void differ(const std::array<int, 2>& pair) const;
+  /// Whether the name of a beam's end says that it is free. A body may have that name.
+  bool is_free(std::string_view name) const {
+    return name == "free" && index_of(mechanism_.bodies, name) < 0;
+  }
   void not_zero(const Vec2& axis) const {
     if (!(axis.norm() > 0)) fail("axis", "must not be zero");
   }

@@ -161,12 +161,13 @@ class KeysList {
     add(seconds, "number", "–");
   }
   void part_of_length(const Key& key, double&) { add(key, "number", "0"); }
-  void between(std::string_view meaning, std::array<int, 2>&) {
+  void between(std::string_view meaning, std::array<int, 2>&, bool = false) {
     add({"between", "", meaning}, "names", "required");
   }
   void ends(std::string_view meaning, std::array<Vec2, 2>&) {
     add({"at", "m", meaning}, "points or names", "[[0, 0], [0, 0]]");
   }
+  void beam_length(const Key& key, Beam&) { add(key, "number", std::string(key.fallback)); }
   void points(const Key& key, std::string_view, std::vector<NamedPoint>&) { add(key, "table", "–"); }
   void point_of(const Key& key, int, Vec2& at) { add(key, "point or name", shown(at)); }
   void angles(const Key& key, std::vector<JointAngle>&) { add(key, "names", "–"); }

@@ -8,6 +8,21 @@
 #include "io/scene/toml_text.hpp"
 
 namespace freeplay {
+namespace {
+
+Vec2 turned_by(double angle, const Vec2& s) {
+  const double c = std::cos(angle), n = std::sin(angle);
+  return {c * s.x() - n * s.y(), n * s.x() + c * s.y()};
+}
+
+/// A point of a body at its stated position and angle, 0 if absent.
+Vec2 stated_point(const Mechanism& mechanism, int body, const Vec2& at) {
+  if (body == ground) return at;
+  const auto& b = mechanism.bodies[static_cast<std::size_t>(body)];
+  return b.position.value_or(Vec2{}) + turned_by(b.angle.value_or(0), at);
+}
+
+}  // namespace
 
 void KeysReader::one_of(const Key& a, const Key& b) const {
   const auto wrong = exactly_one(a, b);
@@ -175,15 +190,19 @@ int KeysReader::body_index(std::string_view key, const std::string& name) const 
   return name == "ground" ? ground : named(key, "body", mechanism_.bodies, name, {"ground"});
 }
 
-void KeysReader::between(std::string_view, std::array<int, 2>& pair) {
+void KeysReader::between(std::string_view, std::array<int, 2>& pair, bool free) {
   const auto names = s_.names("between");
   if (names.size() != 2) s_.fail("between", fmt::format("must name two bodies, names {}", names.size()));
-  pair = {body_index("between", names[0]), body_index("between", names[1])};
+  const auto index = [&](const std::string& name) {
+    return free && is_free(name) ? free_end : body_index("between", name);
+  };
+  pair = {index(names[0]), index(names[1])};
   differ(pair);
   pair_ = pair;
 }
 
 Vec2 KeysReader::named_point(std::string_view key, int body, const std::string& name) const {
+  if (body == free_end) s_.fail(key, "must be [0, 0] at the free end, which is on no body");
   if (body == ground && fixed_.points.empty())
     s_.fail(key, fmt::format("{}: the ground has no named points; give its coordinates [x, y], or "
                              "[ground] with points = {{ {} = [x, y] }}",
@@ -225,6 +244,29 @@ void KeysReader::ends(std::string_view, std::array<Vec2, 2>& at) {
   if (points.size() != 2)
     s_.fail("at", fmt::format("must be two points, one in each body, is {}", points.size()));
   at = {points[0], points[1]};
+}
+
+void KeysReader::beam_length(const Key& key, Beam& beam) {
+  if (s_.has(key.name)) return need(key, beam.length, positive);
+  const auto missing = [&](const std::string& why) { s_.lacks(key.name, "is missing: " + why); };
+  for (const std::size_t end : {0, 1}) {
+    if (beam.is_free(end)) missing("a beam with a free end needs it");
+    if (beam.between[end] == ground) continue;
+    const auto& body = mechanism_.bodies[static_cast<std::size_t>(beam.between[end])];
+    if (!body.position || (!body.angle && !beam.at[end].is_zero()))
+      missing(fmt::format("it does not follow from the ends, since bodies.{} states no {}", body.name,
+                          body.position ? "angle" : "position"));
+  }
+  const auto place = [&](std::size_t end) {
+    return stated_point(mechanism_, beam.between[end], beam.at[end]);
+  };
+  const double chord = (place(1) - place(0)).norm(), half = 0.5 * std::abs(beam.curvature) * chord;
+  if (!(chord > 0)) missing("both ends are at the same place");
+  if (half > 1)
+    s_.fail("curvature",
+            fmt::format("no such arc joins the ends, which are {:.6g} m apart; state length", chord));
+  beam.length = half == 0 ? chord : chord * std::asin(half) / half;
+  s_.require_sense(key.name, key.unit, beam.length);
 }
 
 void KeysReader::angles(const Key& key, std::vector<JointAngle>& list) {
@@ -301,21 +343,13 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
   const auto* slider = std::get_if<TranslationalJoint>(&mechanism_.joints[static_cast<std::size_t>(joint)]);
   // For other joints the unit is rad.
   if (!slider) return joint_angle(Key{key.name, "rad", key.meaning, key.fallback}, place, joint);
-  const auto turned = [](const Vec2& s, double angle) {
-    const double c = std::cos(angle), n = std::sin(angle);
-    return Vec2{c * s.x() - n * s.y(), n * s.x() + c * s.y()};
-  };
-  const auto point = [&](int end) {
-    const int body = slider->between[static_cast<std::size_t>(end)];
-    const auto& own = slider->at[static_cast<std::size_t>(end)];
-    if (body == ground) return own;
-    const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
-    return b.position.value_or(Vec2{}) + turned(own, b.angle.value_or(0));
+  const auto point = [&](std::size_t end) {
+    return stated_point(mechanism_, slider->between[end], slider->at[end]);
   };
   const int first = slider->between[0];
   const auto axis =
-      turned(slider->axis,
-             first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle.value_or(0));
+      turned_by(first == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(first)].angle.value_or(0),
+                slider->axis);
   place = dot(axis, point(1) - point(0));
   take(Key{key.name, "m", key.meaning, key.fallback}, place, any_number);
 }

@@ -78,8 +78,12 @@ class KeysReader : public SectionReader, private KeyRules {
   void length(const Key& turns, const Key& seconds, double& duration);
   void part_of_length(const Key& key, double& x);
 
-  void between(std::string_view meaning, std::array<int, 2>& pair);
+  /// `free`: an end may be free_end.
+  void between(std::string_view meaning, std::array<int, 2>& pair, bool free = false);
   void ends(std::string_view meaning, std::array<Vec2, 2>& at);
+  /// Length of a beam. If the key is absent, it is that of the line or the arc between its ends, on the ground or on
+  /// bodies with stated positions.
+  void beam_length(const Key& key, Beam& beam);
   /// Named points of a body, in any frame. The point named `centre` is the centre of mass in that
   /// frame; the result is relative to it.
   void points(const Key& key, std::string_view centre, std::vector<NamedPoint>& list);

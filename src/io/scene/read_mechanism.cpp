@@ -107,8 +107,8 @@ Mechanism read_mechanism(Section& root) {
   facts("bodies", m.bodies);
   facts("surfaces", m.surfaces);
   read_groups(root, m);
-  if (m.bodies.empty()) root.fail("bodies", no_bodies);
   read_beams(root, m, fixed);
+  if (m.bodies.empty()) root.fail("bodies", no_bodies);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
   elements("joints", m.joints);

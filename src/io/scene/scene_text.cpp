@@ -25,6 +25,7 @@ constexpr std::pair<std::string_view, std::string_view> spellings[] = {
     {"drives.*.synchronous_speed", "drives.*.synchronous_speed_rpm"},
     {"curves.*.period", "curves.*.frequency"},
     {"curves.*.points", "curves.*.file"},
+    {"beams.*.elements", "beams.*.frequency_range"},
     {"run.duration", "run.revolutions"},
     {"instruments.*.resolution", "instruments.*.counts"}};
 

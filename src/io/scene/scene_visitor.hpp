@@ -66,6 +66,9 @@ class SceneVisitor {
   void from_bodies(const Key& key, const std::optional<double>& x) { self().need(key, x); }
   void joint_angle(const Key& key, double angle, int) { self().need(key, angle); }
   void joint_place(const Key& key, double place, int) { self().need(key, place); }
+  /// Other spellings of a value are not written.
+  void together(std::initializer_list<TypedKey>, const auto&, const auto&) const {}
+  void beam_length(const Key& key, const auto& beam) { self().need(key, beam.length, positive); }
   void length(const Key&, const Key& seconds, double x) { self().need(seconds, x); }
   void part_of_length(const Key& key, double x) { self().need(key, x); }
   void table(const Key&, const Key& points, const TorqueDrive::Table& list) { self().pairs(points, list); }

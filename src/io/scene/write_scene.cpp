@@ -88,9 +88,11 @@ class KeysWriter : public SceneVisitor<KeysWriter> {
   }
   void moving_joint(const Key& key, int index) { joint_of<>(key, index); }
 
-  void between(std::string_view, const std::array<int, 2>& pair) {
-    raw("between", fmt::format("[{}, {}]", toml_quoted(body_name(pair[0], "between")),
-                               toml_quoted(body_name(pair[1], "between"))));
+  void between(std::string_view, const std::array<int, 2>& pair, bool free = false) {
+    const auto name = [&](int body) {
+      return toml_quoted(free && body == free_end ? "free" : body_name(body, "between"));
+    };
+    raw("between", fmt::format("[{}, {}]", name(pair[0]), name(pair[1])));
   }
   void ends(std::string_view, const std::array<Vec2, 2>& points) {
     raw("at", fmt::format("[{}, {}]", shown(points[0]), shown(points[1])));

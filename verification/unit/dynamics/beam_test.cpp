@@ -4,6 +4,7 @@
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/modes.hpp"
 #include "io/scene/read_scene.hpp"
+#include "io/scene/write_scene.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -107,21 +108,23 @@ TEST_CASE("bending frequencies converge with second order to closed forms", "[be
                             "[joints.clamp]\ntype = \"rigid\"\nbetween = [\"ground\", \"end\"]\n"
                             "at = [[1, 0], [0, 0]]\n";
   struct Known {
-    std::string text, from;
+    std::string text, from, to;
     std::vector<double> frequency;
   };
   const double pi = std::numbers::pi;
   const std::string simple = light("begin", 0) + light("end", 1) + test::pin("A", "ground", "begin") +
                              test::pin("B", "ground", "end", {1, 0});
   for (const auto& known :
-       {Known{light("end", 1), "ground", {3.515944950217487, 22.034050902512632, 61.69598058460896}},
-        Known{clamp, "ground", {22.37328544806132, 61.67282286792025}},
-        Known{simple, "begin", {pi * pi, 4 * pi * pi, 9 * pi * pi}}})
+       {Known{"", "ground", "free", {3.516015268500151, 22.034491564666766, 61.69721441354909}},
+        Known{"", "free", "ground", {3.516015268500151, 22.034491564666766, 61.69721441354909}},
+        Known{light("end", 1), "ground", "end", {3.515944950217487, 22.034050902512632, 61.69598058460896}},
+        Known{clamp, "ground", "end", {22.37328544806132, 61.67282286792025}},
+        Known{simple, "begin", "end", {pi * pi, 4 * pi * pi, 9 * pi * pi}}})
     for (std::size_t n = 0; n < known.frequency.size(); ++n) {
-      CAPTURE(known.from, known.frequency[n]);
+      CAPTURE(known.from, known.to, known.frequency[n]);
       const auto error = [&](double h) {
-        const auto found =
-            frequencies(known.text + unit_beam(known.from, "end", static_cast<int>(std::round(1 / h)), 1e6));
+        const auto found = frequencies(
+            known.text + unit_beam(known.from, known.to, static_cast<int>(std::round(1 / h)), 1e6));
         REQUIRE(found.size() > n);
         return std::abs(found[n] / known.frequency[n] - 1);
       };
@@ -236,4 +239,154 @@ TEST_CASE("stated positions that strain a beam are kept, with a note", "[beams]"
   };
   CHECK_THAT(start(0.9), Catch::Matchers::Contains("strained"));
   CHECK(start(1).empty());
+}
+
+TEST_CASE("a beam with a free end begins on its unloaded arc and moves with its body", "[beams]") {
+  // p(s) = p₀ + (sin(α + κs) − sin α, cos α − cos(α + κs))/κ, from the point p₀ = r + R(θ) a of the hub in the direction
+  // α = θ + angle; s is negative from the second end.
+  const double bend = 0.8, angle = 0.4, own = 0.5, spin = 3;
+  const Vec2 centre{0.3, -0.2}, at{0.05, 0.1}, velocity{1, 2};
+  const double c = std::cos(angle), n = std::sin(angle), alpha = angle + own;
+  const Vec2 from = centre + Vec2{c * at.x() - n * at.y(), n * at.x() + c * at.y()};
+  for (const bool first : {true, false}) {
+    CAPTURE(first);
+    const auto on_hub = fmt::format("[{}, {}]", at.x(), at.y()), turned = fmt::format("{}", own);
+    const auto hub = test::body("hub", 1, 1e-3,
+                                fmt::format("position = [{}, {}]\nangle = {}\nvelocity = [{}, {}]\n"
+                                            "angular_velocity = {}\n",
+                                            centre.x(), centre.y(), angle, velocity.x(), velocity.y(), spin));
+    const auto ends =
+        fmt::format("curvature = {}\nat = [{}, {}]\nangles = [{}, {}]\n", bend, first ? on_hub : "[0, 0]",
+                    first ? "[0, 0]" : on_hub, first ? turned : "0", first ? "0" : turned);
+    const auto scene = parse_scene(
+        hub + unit_beam(first ? "hub" : "free", first ? "free" : "hub", 3, 1e4, ends) + test::run_for(1),
+        "beam");
+    CHECK(scene.mechanism.loads.size() == 3);
+    CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+    std::string assumed;
+    const auto s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
+    CHECK(assumed.empty());
+    for (const std::size_t piece : {0, 1, 2}) {
+      CAPTURE(piece);
+      const double along = (static_cast<double>(piece) + 0.5) / 3 - (first ? 0 : 1),
+                   end = alpha + bend * along;
+      const Vec2 place =
+          from + 1 / bend * Vec2{std::sin(end) - std::sin(alpha), std::cos(alpha) - std::cos(end)};
+      const Vec2 moves = velocity + spin * perp(place - centre);
+      const std::size_t i = 3 * (1 + piece);
+      CHECK(std::hypot(s.q[i] - place.x(), s.q[i + 1] - place.y()) < 1e-12);
+      CHECK(std::abs(s.q[i + 2] - end) < 1e-12);
+      CHECK(std::hypot(s.v[i] - moves.x(), s.v[i + 1] - moves.y()) < 1e-12);
+      CHECK(std::abs(s.v[i + 2] - spin) < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("a force at a free end bends a cantilever but for a half piece", "[beams]") {
+  // P L³/(3EI) at the end; the rigid half of the last piece lacks its share P (l/2)³/(3EI).
+  const double load = 1e-6;
+  for (const int elements : {1, 2, 5}) {
+    CAPTURE(elements);
+    const double half = 0.5 / elements;
+    const auto scene = parse_scene(unit_beam("ground", "free", elements, 1e5) +
+                                       test::force("f", fmt::format("rod-{}", elements), {0, load},
+                                                   fmt::format("at = [{}, 0]\n", half)) +
+                                       test::run_for(1),
+                                   "beam");
+    const System system(scene.mechanism);
+    const auto start = assemble(scene.mechanism, RunOptions::Start::assembled);
+    const auto q = find_equilibrium(scene.mechanism, system, start.q, {}).state.q;
+    const auto* tip = q.data() + q.size() - 3;
+    CHECK(tip[1] + half * std::sin(tip[2]) == Approx(load / 3 * (1 - half * half * half)).epsilon(1e-8));
+  }
+}
+
+TEST_CASE("ends of beams that are free wrongly are refused", "[beams]") {
+  const auto said = [](const std::string& keys) {
+    return test::refusal(test::body("hub", 1, 1, "points = { rim = [1, 0] }\n") +
+                         "[beams.rod]\nlength = 1\nyoung = 1\ndensity = 1\narea = 1\nsecond_moment = 1\n" +
+                         keys + test::run_for(1));
+  };
+  CHECK(said("between = [\"hub\", \"free\"]\nat = [\"rim\", [0, 0]]\n") == "accepted");
+  test::check_messages(said, {{"between = [\"free\", \"free\"]\n", "both are free"},
+                              {"between = [\"hub\", \"free\"]\nat = [[0, 0], [1, 0]]\n", "at the free end"},
+                              {"between = [\"free\", \"hub\"]\nat = [\"rim\", [0, 0]]\n", "at the free end"},
+                              {"between = [\"hub\", \"free\"]\nangles = [0, 1]\n", "at the free end"}});
+  // A body of that name is what the name means.
+  const auto scene = parse_scene(
+      test::body("hub", 1, 1) + test::body("free", 1, 1) + unit_beam("hub", "free", 2, 1) + test::run_for(1),
+      "beam");
+  CHECK(scene.mechanism.beams[0].between == std::array{0, 1});
+}
+
+TEST_CASE("the length of a beam follows from stated positions of its ends", "[beams]") {
+  const auto text = [](const std::string& body, const std::string& keys) {
+    return body +
+           "[beams.rod]\nyoung = 1e5\ndensity = 1\narea = 1\nsecond_moment = 1e-5\n"
+           "between = [\"ground\", \"b\"]\n" +
+           keys + test::run_for(1);
+  };
+  const auto length = [&](const std::string& body, const std::string& keys) {
+    return parse_scene(text(body, keys), "beam").mechanism.beams[0].length;
+  };
+  const auto centre = test::body("b", 1, 1, "position = [4, 3]\n"),
+             turned =
+                 test::body("b", 1, 1, fmt::format("position = [4, 3]\nangle = {}\n", std::numbers::pi / 2));
+  CHECK(length(centre, "") == Approx(5).epsilon(1e-15));
+  // The point (2, 0) of a body at a right angle is at (4, 5); from (1, 1) it is 5 m away.
+  CHECK(length(turned, "at = [[1, 1], [2, 0]]\n") == Approx(5).epsilon(1e-15));
+  // An arc of radius 5 m over a chord of 5 m has a sixth of a circle, to either side; a half circle is the longest.
+  for (const char* bend : {"0.2", "-0.2"})
+    CHECK(length(centre, fmt::format("curvature = {}\n", bend)) ==
+          Approx(5 * std::numbers::pi / 3).epsilon(1e-14));
+  CHECK(length(centre, "curvature = 1e-9\n") == Approx(5).epsilon(1e-14));
+  CHECK(length(centre, "length = 7\n") == 7);
+
+  const auto said = [&](const std::string& body, const std::string& keys) {
+    return test::refusal(text(body, keys));
+  };
+  using Catch::Matchers::Contains;
+  CHECK_THAT(said(test::body("b", 1, 1), ""),
+             Contains("beams.rod.length") && Contains("bodies.b states no position"));
+  CHECK_THAT(said(centre, "at = [[0, 0], [1, 0]]\n"), Contains("bodies.b states no angle"));
+  CHECK_THAT(said(centre, "at = [[4, 3], [0, 0]]\n"), Contains("same place"));
+  CHECK_THAT(said(centre, "curvature = 0.5\n"), Contains("no such arc"));
+  CHECK_THAT(test::refusal(test::replaced(text(centre, ""), "\"b\"", "\"free\"")),
+             Contains("free end needs it"));
+
+  // The position varies, and with it the length.
+  auto scene = parse_scene(text(centre, ""), "beam");
+  scene.set("bodies.b.position", "[8, 6]");
+  CHECK(scene.mechanism.beams[0].length == Approx(10).epsilon(1e-15));
+}
+
+TEST_CASE("a range of frequencies determines the number of elements", "[beams]") {
+  // Between pins, ω = (3π)² at the third frequency: l ≤ √0.24/(3π) makes 20 pieces of 1 m, with an error (3π/20)²/24.
+  const double pi = std::numbers::pi, omega = 9 * pi * pi;
+  const auto text = [&](const std::string& keys) {
+    return light("begin", 0) + light("end", 1) + test::pin("A", "ground", "begin") +
+           test::pin("B", "ground", "end", {1, 0}) +
+           "[beams.rod]\nbetween = [\"begin\", \"end\"]\nyoung = 1e6\ndensity = 1\narea = 1\nsecond_moment = 1e-6\n" +
+           keys;
+  };
+  const auto range = [](double hertz) { return fmt::format("frequency_range = {}\n", hertz); };
+  auto scene = parse_scene(text(range(omega / (2 * pi))) + test::run_for(1), "beam");
+  const auto& rod = scene.mechanism.beams[0];
+  CHECK(rod.elements == 20);
+  CHECK(rod.resolved() >= omega);
+  CHECK(rod.highest() == Approx(2 * 1e3 * 20));
+  const double error = frequencies(text(range(omega / (2 * pi)))).at(2) / omega - 1;
+  CHECK(error > 0);
+  CHECK(error < 0.01);
+  CHECK(parse_scene(text("") + test::run_for(1), "beam").mechanism.beams[0].elements == 8);
+  CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+
+  // In a scene without its text, the range replaces the number.
+  scene.text.clear();
+  scene.set("beams.rod.frequency_range", 4 * omega / (2 * pi));
+  CHECK(scene.mechanism.beams[0].elements == 39);
+  const auto said = [&](const std::string& keys) { return test::refusal(text(keys) + test::run_for(1)); };
+  test::check_messages(said, {{"elements = 4\n" + range(1), "determines elements"},
+                              {range(1e6), "more than 1000 elements"},
+                              {range(0), "greater than 0"}});
 }

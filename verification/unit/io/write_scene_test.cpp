@@ -112,6 +112,7 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
                                                  "curves.*.frequency",
                                                  "curves.*.file",
                                                  "curves.*.columns",
+                                                 "beams.*.frequency_range",
                                                  "groups.*.grid",
                                                  "groups.*.origin",
                                                  "groups.*.spacing",
