@@ -165,8 +165,14 @@ struct Beam {
     k.take({"shear_modulus", "Pa", "for the deflection by shear (Timoshenko)", "rigid in shear"},
            x.shear_modulus, non_negative);
     k.take({"shear_factor", "", "shear area over area"}, x.shear_factor, positive);
-    k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0"}, x.damping,
-           non_negative);
+    k.take({"damping", "s", "stiffness-proportional: the factor of the strain rates, ≥ 0; or damping_ratio"},
+           x.damping, non_negative);
+    k.together(
+        {{{"damping_ratio", "",
+           "in place of damping: of vibration at damping_frequency; it increases with the frequency, ≥ 0"},
+          "number"},
+         {{"damping_frequency", "Hz", "at which damping_ratio holds, > 0"}, "number"}},
+        x, [](auto& s, auto& beam) { beam.read_damping_ratio(s); });
     k.together(
         {{{"frequency_range", "Hz",
            "in place of elements: as many as give bending waves up to it an error of at most 1 % of their "
@@ -176,6 +182,15 @@ struct Beam {
   }
 
  private:
+  /// τ = 2ζ/ω
+  void read_damping_ratio(auto& section) {
+    constexpr const char *key = "damping_ratio", *other = "damping_frequency";
+    if (!section.has(key) && !section.has(other)) return;
+    if (section.has("damping"))
+      section.fail("damping", "is determined by damping_ratio; remove one of the two keys");
+    const double ratio = section.number(key, non_negative);
+    damping = ratio / (std::numbers::pi * section.number(other, positive));
+  }
   void read_frequency_range(auto& section) {
     constexpr const char* key = "frequency_range";
     if (!section.has(key)) return;

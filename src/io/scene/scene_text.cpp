@@ -26,6 +26,7 @@ constexpr std::pair<std::string_view, std::string_view> spellings[] = {
     {"curves.*.period", "curves.*.frequency"},
     {"curves.*.points", "curves.*.file"},
     {"beams.*.elements", "beams.*.frequency_range"},
+    {"beams.*.damping", "beams.*.damping_ratio"},
     {"run.duration", "run.revolutions"},
     {"instruments.*.resolution", "instruments.*.counts"}};
 

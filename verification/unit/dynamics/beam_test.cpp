@@ -390,3 +390,28 @@ TEST_CASE("a range of frequencies determines the number of elements", "[beams]")
                               {range(1e6), "more than 1000 elements"},
                               {range(0), "greater than 0"}});
 }
+
+TEST_CASE("a damping ratio at a frequency is that of a mode there", "[beams]") {
+  // Damping τK gives each mode the ratio ω τ/2: 2 % at 2 Hz, and in proportion to the natural frequency elsewhere.
+  const auto keys = [](const std::string& more) {
+    return unit_beam("ground", "free", 8, 1e4, more) + test::run_for(1);
+  };
+  const auto scene = parse_scene(keys("damping_ratio = 0.02\ndamping_frequency = 2\n"), "beam");
+  const System system(scene.mechanism);
+  const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+  double left = 0;
+  const auto modes = find_modes(system, as_it_stands(system, from, {}, left), {}).modes;
+  int swings = 0;
+  for (const auto& mode : modes) {
+    if (mode.kind != Mode::Kind::swing) continue;
+    CHECK(mode.damping() == Approx(0.02 * mode.natural() / 2).epsilon(1e-6));
+    ++swings;
+  }
+  CHECK(swings >= 3);
+  CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+  const auto said = [&](const std::string& more) { return test::refusal(keys(more)); };
+  test::check_messages(said, {{"damping_ratio = 0.1\n", "damping_frequency: is missing"},
+                              {"damping_frequency = 1\n", "damping_ratio: is missing"},
+                              {"damping = 1\ndamping_ratio = 0.1\ndamping_frequency = 1\n", "determined by"},
+                              {"damping_ratio = -1\ndamping_frequency = 1\n", "0 or greater"}});
+}

@@ -113,6 +113,8 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
                                                  "curves.*.file",
                                                  "curves.*.columns",
                                                  "beams.*.frequency_range",
+                                                 "beams.*.damping_ratio",
+                                                 "beams.*.damping_frequency",
                                                  "groups.*.grid",
                                                  "groups.*.origin",
                                                  "groups.*.spacing",
