@@ -85,9 +85,10 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   coarse.tolerance = tolerance_after_steps(scene.nonsmooth);
   EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
   const double first = 1e-3 * scales.time;
-  // Films make every mode stiff from its beginning. Friction bounded by reactions has no
+  // Films and beams make every mode stiff from its beginning. Friction bounded by reactions has no
   // derivative.
-  const long first_probe = dynamics.films.any() && system.reactive_frictions().empty() ? 100 : 0;
+  const bool stiff = dynamics.films.any() || system.elastic().pattern.rows > 0;
+  const long first_probe = stiff && system.reactive_frictions().empty() ? 100 : 0;
   const auto method = [&](const ErrorNorm& accepted) {
     return EventDriven::Method(Dopri5(accepted, first), accepted, first, first_probe);
   };

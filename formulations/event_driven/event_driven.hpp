@@ -63,6 +63,7 @@ class EventDriven {
   ///@{
   void vary(const std::vector<VariedKey>& keys, std::vector<Column> integrands, double length,
             double duration) {
+    if (!dynamics_.films.any()) method_.keep_explicit();
     variation_ = std::make_unique<Variation>(dynamics_, keys, std::move(integrands), length, duration);
   }
   double position_error() const { return impacts_.position_error(); }

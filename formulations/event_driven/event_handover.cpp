@@ -44,6 +44,8 @@ void EventDriven::add_notes(std::vector<std::string>& notes) const {
   findings_.add_notes(dynamics_.system, rounding, notes);
   if (const long count = forces_.unreported(); count > 0)
     notes.push_back(diagnostic<Diagnostic::forces_unknown>(count));
+  if (method_.reliefs() > 0 && dynamics_.system.elastic().pattern.rows > 0)
+    notes.push_back(diagnostic<Diagnostic::implicit_steps>(method_.reliefs()));
   if (dynamics_.counts.wedged > 0)
     notes.push_back(diagnostic<Diagnostic::poisson_instead>(dynamics_.counts.wedged));
   if (dynamics_.counts.unresolved > 0)

@@ -196,6 +196,11 @@ class Relieved : public Method {
     implicit_.begin();
   }
   bool relieved() const { return stiff_; }
+  /// Uses the explicit method only, from the start on: derivatives are those of its steps.
+  void keep_explicit() {
+    affordable_ = false;
+    first_probe_ = 0;
+  }
   /// How often the implicit method took over.
   long reliefs() const { return reliefs_; }
   template <class F>

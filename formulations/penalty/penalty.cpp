@@ -113,6 +113,8 @@ class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltyStep
       if (contact.lost > 4e-5 * contact.greatest)
         notes.push_back(diagnostic<Diagnostic::short_contact>(contact.duration / scene_.penalty.step,
                                                               contact.duration / 20));
+    } else if (stepper_.reliefs() > 0 && system_.elastic().pattern.rows > 0) {
+      notes.push_back(diagnostic<Diagnostic::implicit_steps>(stepper_.reliefs()));
     }
     if (stepper_.dynamics().nearest_singular() < singular_pivot)
       notes.push_back(diagnostic<Diagnostic::singular_position>());

@@ -140,6 +140,7 @@ bool MoreauStepper::evaluate_middle() {
   system.place(d.t_old + 0.5 * h, d.q_mid.data(), d.middle);
   if (system.has_motions()) system.step_motions(d.t_old, d.t, d.middle);
   system.rate(d.q_mid.data(), d.v_old.data(), d.middle);
+  if (d.elastic()) stiffen();
   contacts_.look_at_rows(d, responses_);
   ++d.totals.work.steps;
   ++d.totals.work.factorisations;
@@ -162,6 +163,39 @@ bool MoreauStepper::evaluate_middle() {
         "are not unique (redundant joints, or a singular position)",
         d.t_old));
   return true;
+}
+
+/// Gives the elastic rows at q_m to the saddle point.
+void MoreauStepper::stiffen() {
+  auto& d = data_;
+  const double h = d.length();
+  const auto& rows = d.system.elastic();
+  d.system.elastic_rows(d.q_mid.data(), d.middle, d.strain_rows.data());
+  for (std::size_t k = 0; k < d.compliance.size(); ++k)
+    d.compliance[k] = 1 / (rows.stiffness[k] * h * (0.25 * h + 0.5 * rows.damping[k]));
+  d.saddle.set_elastic(d.strain_rows, d.compliance);
+}
+
+/// Changes the sides of the saddle point to those for v⁺ − v, and removes from the forces at v_force what the
+/// elastic rows contain of their damping.
+void MoreauStepper::add_elastic(const double* v_force) {
+  auto& d = data_;
+  const double h = d.length();
+  const auto& mass = d.system.mass();
+  for (int c = 0; c < d.system.n(); ++c) {
+    d.force[c] -= mass[c] * d.v_old[c];
+    d.dq[c] = 2 * (v_force[c] - d.v_old[c]);
+  }
+  for (int k = 0; k < d.system.rows(); ++k)
+    d.r[k] -= row_dot(d.system.pattern(), d.middle.G.data(), k, d.v_old.data());
+  const auto& rows = d.system.elastic();
+  for (int k = 0; k < rows.pattern.rows; ++k) {
+    if (rows.damping[k] == 0) continue;
+    const double impulse = 0.5 * h * rows.damping[k] * rows.stiffness[k] *
+                           row_dot(rows.pattern, d.strain_rows.data(), k, d.dq.data());
+    for (int e = rows.pattern.begin[k]; e < rows.pattern.begin[k + 1]; ++e)
+      d.force[rows.pattern.column[e]] += impulse * d.strain_rows[e];
+  }
 }
 
 /// Computes v⁺ and z⁺ with their impulses, and q⁺.
@@ -259,6 +293,7 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
   const Sweep sweep{h, d.v_old.data(), v_force};
   d.system.forces(d.t_old + 0.5 * h, d.q_mid.data(), v_force, d.z_mid.data(), d.middle, {&sweep});
   terms().sides(h, d.v_old.data(), d.force.data(), d.r.data());
+  if (d.elastic()) add_elastic(v_force);
   using Multipliers = SaddlePoint::Multipliers;
   d.saddle.solve(d.force.data(), d.r.data(), d.v.data(), d.lambda.data(),
                  problem_.late_multipliers() ? Multipliers::kept : Multipliers::all);
@@ -267,6 +302,8 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
         "t = {:.9g} s: dependent constraints cannot be satisfied: a singular position such as a change "
         "point (start beside it), or redundant joints on unequal masses",
         d.t_old));
+  if (d.elastic())
+    for (int c = 0; c < d.system.n(); ++c) d.v[c] += d.v_old[c];
   if (films_.any()) films_.resist(d.v.data(), d.lambda.data());
   return problem_.solve(d, contacts_, responses_, films_);
 }

@@ -7,6 +7,11 @@
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)    step_problem.hpp, contact_set.hpp
 //     q⁺ = q_m + (h/2) v⁺
 //
+// Elastic forces of beams are linearly implicit: with the strain rates B v of System::elastic() and its
+// stiffness k and damping τ, Bᵀ k (h²/4 + hτ/2) B (v⁺ − v) is added on the left, which is the midpoint rule for
+// linear beams. Steps may be longer than the periods of axial waves; energy is then as in the midpoint rule:
+// conserved for small deflections, with errors of second order beyond.
+//
 // The accelerations a_γ in u± are necessary: without them v does not belong to the middle of the
 // step, and restitution has an error of hω. With γ_c in their place, contacts with rotating normals
 // would have impacts of (1 − e)(h/2)γ_c.
@@ -171,6 +176,8 @@ class MoreauStepper {
   friend class LaneGroup;  // makes ordinary steps of several steppers together
   bool fixed() const { return step_ > 0; }
   MidpointTerms terms() const;
+  void stiffen();
+  void add_elastic(const double* v_force);
   bool evaluate_middle();
   bool solve_step();
   void advance_positions();

@@ -44,6 +44,7 @@ struct RunTotals {
 struct StepData {
   StepData(const System& system, RowFacts facts);
 
+  bool elastic() const { return !strain_rows.empty(); }
   double length() const { return t - t_old; }
   bool smooth() const { return reach == StepReach::closed; }
   bool fail(std::string why) {
@@ -53,6 +54,7 @@ struct StepData {
 
   const System& system;
   SaddlePoint saddle;           // factorised at q_mid; by EndRates at q
+  std::vector<double> strain_rows, compliance;  // B at q_mid and Σ, of System::elastic()
   Evaluation middle, end;       // evaluated at (q_mid, t_old + h/2) and at (q, t)
   std::vector<double> q, v, z;  // at the end; z: first-order states of elements
   // at the beginning; z_old if rates of z depend on velocities
@@ -60,8 +62,8 @@ struct StepData {
   std::vector<double> q_mid, v_mean, z_mid;  // at the middle
   // N s, of the constraint rows; N after the step (divided by its length)
   std::vector<double> lambda;
-  std::vector<double> force;        // N s, M v + h f
-  std::vector<double> r;            // right-hand sides of constraint rows
+  std::vector<double> force;        // N s, M v + h f; with elastic rows without M v
+  std::vector<double> r;            // right-hand sides of constraint rows; then without G v
   std::vector<double> dq, dlambda;  // work space: a displacement and its multipliers
   double t = 0, t_old = 0;          // s
   StepReach reach = StepReach::all;

@@ -75,7 +75,7 @@ Drawing drawn(const std::vector<PoseShape>& shapes, double size) {
   Drawing d;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const auto& s = shapes[i];
-    if (s.kind == "link" || s.kind == "outline") {  // consecutive rows make one line
+    if (s.kind == "link" || s.kind == "outline" || s.kind == "beam") {  // consecutive rows make one line
       std::vector<Vec2> corners{s.at};
       while (i + 1 < shapes.size() && shapes[i + 1].kind == s.kind && shapes[i + 1].name == s.name)
         corners.push_back(shapes[++i].at);

@@ -132,7 +132,7 @@ std::filesystem::path draw_point(const std::filesystem::path& folder, const Poin
   for (const auto& r : point.regions) {
     if (r.at == main.at) continue;
     auto links = pose_at(r.at);
-    std::erase_if(links, [](const Shape& s) { return s.kind != "link"; });
+    std::erase_if(links, [](const Shape& s) { return s.kind != "link" && s.kind != "beam"; });
     for (auto& curve : pose_curves(links, u, 0))
       add_curve(f, panel, std::move(curve.block), Script().add("using 1:2 with lines lw 1 lc rgb '#b0b0b0'"));
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/files/input_file.hpp"
+#include "io/scene/beam_line.hpp"
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
@@ -17,7 +18,7 @@
 namespace freeplay::plots {
 
 // The pose in which a mechanism is assembled, to scale: links through their joints, each body in
-// its own colour with its name, joints, supports, guides, walls, discs and springs
+// its own colour with its name, beams, joints, supports, guides, walls, discs and springs
 // (io/scene/pose_file.hpp defines the shapes).
 
 std::vector<Shape> shapes_in(const std::filesystem::path& file) {
@@ -27,6 +28,15 @@ std::vector<Shape> shapes_in(const std::filesystem::path& file) {
     list.push_back({table.text("shape")[i], table.text("name")[i], table.column("x")[i], table.column("y")[i],
                     table.column("a")[i], table.column("b")[i]});
   return list;
+}
+
+std::vector<Shape> magnified(std::vector<Shape> shapes, double factor) {
+  for (auto& s : shapes) {
+    if (s.kind != "beam") continue;
+    const auto p = DrawnBeamPoint{{s.x, s.y}, {s.a, s.b}}.magnified(factor);
+    s.x = p.x(), s.y = p.y();
+  }
+  return shapes;
 }
 
 void Frame::hold(double x, double y, double r) {
@@ -161,21 +171,33 @@ Block marks(const std::vector<Shape>& shapes, std::string_view kind) {
   return block;
 }
 
-/// The number of each body, for its colour.
+/// Shapes with a name in the figure: bodies, and beams by the middle of their lines.
+std::vector<Shape> named_in(const std::vector<Shape>& shapes) {
+  std::vector<Shape> list;
+  for (std::size_t i = 0, end = 0; i < shapes.size(); i = end) {
+    const auto& s = shapes[i];
+    for (end = i + 1; end < shapes.size() && shapes[end].kind == s.kind && shapes[end].name == s.name;) ++end;
+    if (s.kind == "mass" || s.kind == "beam") list.push_back(shapes[(i + end) / 2]);
+  }
+  return list;
+}
+
+/// The number of each body and beam, for its colour.
 std::map<std::string, std::size_t> numbers_of(const std::vector<Shape>& shapes) {
   std::map<std::string, std::size_t> numbers;
-  for (const auto& s : shapes)
-    if (s.kind == "mass") numbers.emplace(s.name, numbers.size());
+  for (const auto& s : named_in(shapes)) numbers.emplace(s.name, numbers.size());
   return numbers;
 }
 
 void add_links(const std::vector<Shape>& shapes, std::vector<ShapeCurve>& curves) {
   auto colour = numbers_of(shapes);
   std::vector<std::pair<std::string, Block>> bodies;
+  const Shape* last = nullptr;
   for (const auto& s : shapes) {
-    if (s.kind != "link") continue;
-    if (bodies.empty() || bodies.back().first != s.name) bodies.emplace_back(s.name, Block(s.name));
+    if (s.kind != "link" && s.kind != "beam") continue;
+    if (!last || last->kind != s.kind || last->name != s.name) bodies.emplace_back(s.name, Block(s.name));
     bodies.back().second.row({s.x, s.y});
+    last = &s;
   }
   for (auto& [name, block] : bodies)
     curves.push_back({std::move(block), Script().add("with lines lw 3 lc rgb {}",
@@ -197,8 +219,9 @@ class NamePlaces {
       : frame_(frame), letter_(0.88 * letter_width * unit), line_(line_height * unit) {
     const Shape* last = nullptr;
     for (const auto& s : shapes) {
-      if (s.kind == "link" && last && last->name == s.name) links_.push_back({last, &s});
-      last = s.kind == "link" ? &s : nullptr;
+      const bool line = s.kind == "link" || s.kind == "beam";
+      if (line && last && last->kind == s.kind && last->name == s.name) links_.push_back({last, &s});
+      last = line ? &s : nullptr;
     }
   }
   NamePlace of(const Shape& mass, double up) {
@@ -272,7 +295,9 @@ std::vector<ShapeCurve> pose_curves(const std::vector<Shape>& shapes, double u, 
 namespace {
 
 std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder) {
-  const auto shapes = shapes_in(folder / "pose.csv");
+  const JsonFile facts(folder / "pose.json");
+  const double magnify = facts.find("magnify") ? facts.number("magnify") : 1;
+  const auto shapes = magnified(shapes_in(folder / "pose.csv"), magnify);
   if (shapes.empty()) return {};
   const auto frame = frame_of(shapes);
   const double size = frame.size(), u = 0.025 * size;
@@ -294,7 +319,10 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
       with_tics({frame.low - 3 * u, frame.high + 3 * u},
                 std::min(8.0, (f.height_cm / unit - 2) / (1.45 * line_height)))
           .step);
-  f.caption = JsonFile(folder / "pose.json").text("title");
+  f.caption = facts.text("title");
+  if (magnify != 1)
+    f.script.add("set label {} at graph 0.02, 0.95 font SMALL noenhanced front\n",
+                 fmt::format("deflection × {:g}", magnify));
   Script plot;
   for (auto& [block, style] : pose_curves(shapes, u, 0.8 * size)) {
     plot.add("{}DATA index {} using 1:2 {} notitle", plot.empty() ? Word("plot ") : Word(", "),
@@ -306,8 +334,8 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
       std::max(wide / (f.width_cm - 2.5 * unit), tall / std::max(f.height_cm - 2 * unit, 1.0));
   NamePlaces places(shapes, frame, per_cm * unit);
   std::size_t count = 0;
-  for (const auto& s : shapes) {
-    if (s.kind != "mass" || ++count > most_names) continue;
+  for (const auto& s : named_in(shapes)) {
+    if (++count > most_names) continue;
     // A name is higher above a slider or a bearing.
     const bool wide_part = std::ranges::any_of(shapes, [&](const Shape& part) {
       return (part.kind == "slider" || part.kind == "loose") &&

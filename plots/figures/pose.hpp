@@ -1,5 +1,5 @@
 // The shapes of a mechanism at one pose as curves of a figure, to scale: links through their joints, each body in
-// its own colour, joints, supports, guides, walls, discs and springs (io/scene/pose_file.hpp defines the shapes).
+// its own colour, beams as bent lines, joints, supports, guides, walls, discs and springs (io/scene/pose_file.hpp defines the shapes).
 #pragma once
 
 #include <algorithm>
@@ -19,6 +19,8 @@ struct Shape {
 
 /// The shapes of a table with the columns shape, name, x, y, a and b.
 std::vector<Shape> shapes_in(const std::filesystem::path& file);
+/// The same shapes with the deflection of beams magnified.
+std::vector<Shape> magnified(std::vector<Shape> shapes, double factor);
 
 /// Bounding box of shapes.
 struct Frame {

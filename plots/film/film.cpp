@@ -117,6 +117,8 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& request
                const std::function<void(double)>& progress) {
   const auto runs = runs_of(folder);
   auto film = plan(runs, requested);
+  if (requested.magnify != 1 && std::ranges::all_of(runs, [](const FilmRun& r) { return r.beams.empty(); }))
+    throw SceneError("--magnify: the mechanism has no beams, whose deflection it magnifies");
   auto options = requested;
   if (!options.mp4 && !options.gif && !options.svg) {
     options.mp4 = has_ffmpeg(stop);
@@ -130,7 +132,8 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& request
   const JsonFile first(plots::runs_in(folder).front().folder / "run.json");
   const auto* given = first.find("provenance.title");
   const auto title = given && given->is_string() ? given->get<std::string>() : folder.filename().string();
-  const FilmDrawing drawing(runs, {.title = title, .width = options.width, .over = options.over});
+  const FilmDrawing drawing(
+      runs, {.title = title, .width = options.width, .over = options.over, .magnify = options.magnify});
   film.width = drawing.width(), film.height = drawing.height();
 
   ResultSet set(place, "animate");

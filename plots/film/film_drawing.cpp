@@ -33,9 +33,26 @@ Vec2 ShapePainter::place(const FilmShape& s) const {
 }
 
 void ShapePainter::paint() const {
-  for (const auto kind : order)
+  for (const auto kind : order) {
     for (const auto& shape : run.shapes)
       if (shape.kind == kind) paint(shape);
+    if (kind == "link")
+      for (const auto& beam : run.beams) paint(beam);
+  }
+}
+
+void ShapePainter::paint(const BeamLine& beam) const {
+  auto points = run.line(beam, at, magnify);
+  for (auto& p : points) p = pixel(p);
+  svg.line(points, {.stroke = of(beam.points.front().bodies[1]), .width = 5, .opacity = opacity});
+  name(points[points.size() / 2], beam.name);
+}
+
+/// Names stay within the panel; a letter is about half an em wide.
+void ShapePainter::name(const Vec2& p, std::string_view words) const {
+  const double room = width - 6.5 * static_cast<double>(std::min<std::size_t>(words.size(), 28));
+  if (names)
+    svg.text({std::min(p.x() + 7, std::max(0.0, room)), p.y() - 7}, words, 12, ink, Svg::Anchor::start, 28);
 }
 
 void ShapePainter::hatch(const Vec2& middle, const Vec2& along, double length, double size) const {
@@ -97,11 +114,7 @@ void ShapePainter::paint(const FilmShape& s) const {
              {.fill = ink, .opacity = opacity}, true);
   } else if (s.kind == "mass") {
     svg.circle(p, 2.5, {.fill = of(s.body), .opacity = opacity});
-    // A letter is about half an em wide; names stay within the panel.
-    const double room = width - 6.5 * static_cast<double>(std::min<std::size_t>(s.name.size(), 28));
-    if (names)
-      svg.text({std::min(p.x() + 7, std::max(0.0, room)), p.y() - 7}, s.name, 12, ink, Svg::Anchor::start,
-               28);
+    name(p, s.name);
   }
 }
 
@@ -145,17 +158,20 @@ struct Box {
 };
 
 /// Bounding box of the shapes of all runs over all frames, with a margin.
-Box bounds(const std::vector<FilmRun>& runs) {
+Box bounds(const std::vector<FilmRun>& runs, double magnify) {
   Box box;
   for (const auto& run : runs) {
     const auto each = std::max<std::size_t>(1, run.t.size() / 200);
-    for (std::size_t i = 0; i < run.t.size(); i += each)
+    for (std::size_t i = 0; i < run.t.size(); i += each) {
+      for (const auto& beam : run.beams)
+        for (const auto& p : run.line(beam, {i, 0}, magnify)) box.hold(p, 0);
       for (const auto& s : run.shapes) {
         const auto pose = run.pose(s.body, {i, 0});
         const double r = s.kind == "disc" || s.kind == "loose" ? s.more.x() : 0;
         for (const auto& p : s.points) box.hold(pose.place(p), r);
         if (s.kind == "spring" || s.kind == "line") box.hold(run.pose(s.other, {i, 0}).place(s.more), 0);
       }
+    }
   }
   if (!std::isfinite(box.left)) box = {-1, 1, -1, 1};
   const double pad = 0.08 * std::max({box.right - box.left, box.high - box.low, 1e-9});
@@ -181,7 +197,7 @@ FilmDrawing::FilmDrawing(const std::vector<FilmRun>& runs, FilmLook look)
   for (const auto& run : runs_)
     for (const auto& joint : run.clearance_joint)
       if (seen.insert(joint.name).second) names_.push_back(joint.name);
-  const auto box = bounds(runs_);
+  const auto box = bounds(runs_, look_.magnify);
   middle_ = {0.5 * (box.left + box.right), 0.5 * (box.low + box.high)};
   const double count = look_.over ? 1.0 : static_cast<double>(runs_.size());
   const double room = look_.width - (names_.empty() ? 0 : beside), width = room / count;
@@ -243,7 +259,8 @@ void FilmDrawing::draw_mechanism(Svg& svg, const Panel& panel, double t, double 
                                panel.runs.size() > 1 ? run_colour(r) : "",
                                k > 0 ? 0.65 : 1.0,
                                k == 0,
-                               panel.width};
+                               panel.width,
+                               look_.magnify};
     painter.paint();
     for (const auto& force : run.forces) {
       if (force.shapes.empty() || usual == 0) continue;
@@ -261,6 +278,7 @@ void FilmDrawing::draw_mechanism(Svg& svg, const Panel& panel, double t, double 
     }
   }
   draw_scale(svg, panel);
+  if (look_.magnify != 1) svg.text({12, 16}, fmt::format("deflection × {:g}", look_.magnify), 12, soft);
   svg.close_panel();
 }
 

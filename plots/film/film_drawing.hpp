@@ -28,7 +28,8 @@ struct ShapePainter {
   std::string_view colour = {};            ///< for the whole run; empty: one colour per body
   double opacity = 1;
   bool names = true;
-  double width;  ///< px, width of the panel
+  double width;        ///< px, width of the panel
+  double magnify = 1;  ///< factor of the deflection of beams
 
   /// Draws all shapes, from back to front.
   void paint() const;
@@ -37,6 +38,8 @@ struct ShapePainter {
 
  private:
   void paint(const FilmShape& shape) const;
+  void paint(const BeamLine& beam) const;
+  void name(const Vec2& at, std::string_view name) const;
   void paint_slider(const FilmShape& shape) const;
   void paint_spring(const FilmShape& shape) const;
   void hatch(const Vec2& middle, const Vec2& along, double length, double size) const;
@@ -45,8 +48,9 @@ struct ShapePainter {
 
 struct FilmLook {
   std::string title;
-  int width = 960;    ///< px; the height follows from the content
-  bool over = false;  ///< all runs in one panel instead of side by side
+  int width = 960;     ///< px; the height follows from the content
+  bool over = false;   ///< all runs in one panel instead of side by side
+  double magnify = 1;  ///< factor of the deflection of beams
 };
 
 class FilmDrawing {

@@ -49,6 +49,21 @@ std::vector<FilmShape> shapes_of(const json& list) {
   return shapes;
 }
 
+/// Lines from the rows of `beams` (run_data.hpp).
+std::vector<BeamLine> beams_of(const json& list) {
+  std::vector<BeamLine> beams;
+  for (const auto& one : list) {
+    beams.push_back({one["name"], {}});
+    for (const auto& p : one["points"])
+      beams.back().points.push_back(
+          {{p[0], p[3]},
+           {Vec2{p[1].get<double>(), p[2].get<double>()}, Vec2{p[4].get<double>(), p[5].get<double>()}},
+           p[6],
+           {p[7].get<double>(), p[8].get<double>()}});
+  }
+  return beams;
+}
+
 double clearance_of(const FilmClearance& joint) {
   const auto first = [&](std::size_t k) { return joint.columns[k].front(); };
   return joint.kind == "journal" ? first(2) + std::hypot(first(0), first(1)) : 0.5 * (first(0) + first(1));
@@ -112,6 +127,13 @@ double FilmRun::crank_angle(const At& now) const {
   return theta(crank.second) - theta(crank.first);
 }
 
+std::vector<Vec2> FilmRun::line(const BeamLine& beam, const At& now, double magnify) const {
+  std::vector<Vec2> list;
+  for (const auto& p : drawn(beam, [&](int body, const Vec2&at) { return pose(body, now).place(at); }))
+    list.push_back(p.magnified(magnify));
+  return list;
+}
+
 std::vector<double> FilmRun::play(const FilmClearance& joint, const At& now) const {
   const auto value = [&](std::size_t k) { return between(joint.columns[k], now); };
   if (joint.kind == "journal") return {value(0) / joint.clearance, value(1) / joint.clearance};
@@ -163,6 +185,7 @@ FilmRun film_run(const plots::RunFolder& folder, long frames) {
   run.bodies = data["bodies"].get<std::vector<std::string>>();
   run.poses = columns_of(data["poses"]);
   run.shapes = shapes_of(data["shapes"]);
+  run.beams = beams_of(data["beams"]);
   if (run.shapes.empty())  // the scene cannot be read: centres of the bodies
     for (std::size_t b = 0; b < run.bodies.size(); ++b)
       run.shapes.push_back({"mass", run.bodies[b], static_cast<int>(b), -1, {{0, 0}}, {0, 0}});

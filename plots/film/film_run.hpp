@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/scene/beam_line.hpp"
 #include "plots/report/run_data.hpp"
 #include "plots/tables/run_facts.hpp"
 #include "values/vec2.hpp"
@@ -53,6 +54,7 @@ struct FilmRun {
   std::vector<std::string> bodies;
   std::vector<Column> poses;  ///< x, y, θ of each body
   std::vector<FilmShape> shapes;
+  std::vector<BeamLine> beams;  ///< with the bodies of this run
   std::vector<FilmClearance> clearance_joint;
   std::vector<FilmForce> forces;
   double usual_force = 0;  ///< N, exceeded by 1 in 50 values
@@ -63,6 +65,8 @@ struct FilmRun {
   At at(double now) const;
   Pose pose(int body, const At& now) const;
   double crank_angle(const At& now) const;  ///< rad
+  /// The line of a beam with its deflection magnified (m, world frame).
+  std::vector<Vec2> line(const BeamLine& beam, const At& now, double magnify) const;
   /// Position within the clearance: (ex, ey)/c of a journal; position across of the ends of a guide
   /// or the pin of a slot, −1 to 1.
   std::vector<double> play(const FilmClearance& joint, const At& now) const;

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "io/scene/beam_line.hpp"
 #include "io/scene/pose_file.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/report/thinning.hpp"
@@ -242,6 +243,29 @@ const char* kind_of(const ClearanceJoint& joint) {
                                                      : "slot";
 }
 
+/// The lines of beams. Bodies are indices into `bodies`, −1: ground.
+json beams_of(const Mechanism& mechanism, const std::vector<std::string>& bodies) {
+  const auto shown = [&](int body) {
+    if (body < 0) return -1;
+    const auto it = std::ranges::find(bodies, mechanism.bodies[static_cast<std::size_t>(body)].name);
+    return it == bodies.end() ? -2 : static_cast<int>(it - bodies.begin());
+  };
+  auto list = json::array();
+  for (const auto& line : beam_lines(mechanism)) {
+    auto points = json::array();
+    bool complete = true;
+    for (const auto& p : line.points) {
+      const int first = shown(p.bodies[0]), second = shown(p.bodies[1]);
+      complete = complete && first > -2 && second > -2;
+      points.push_back({first, rounded(p.at[0].x(), 7), rounded(p.at[0].y(), 7), second,
+                        rounded(p.at[1].x(), 7), rounded(p.at[1].y(), 7), rounded(p.share, 7),
+                        rounded(p.unloaded.x(), 7), rounded(p.unloaded.y(), 7)});
+    }
+    if (complete) list.push_back({{"name", line.name}, {"points", std::move(points)}});
+  }
+  return list;
+}
+
 /// [kind, name, body, x, y, other, a, b] of each shape, in the frame of its body. Bodies are
 /// indices into `bodies`, −1: ground.
 json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const Series& poses) {
@@ -267,6 +291,7 @@ json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const
   const auto shown = [&](int body) { return body < 0 ? -1 : place[static_cast<std::size_t>(body)]; };
   auto list = json::array();
   for (const auto& s : pose_shapes(scene, q)) {
+    if (s.kind == "beam") continue;  // see beams_of()
     if ((s.body >= 0 && shown(s.body) < 0) || (s.other >= 0 && shown(s.other) < 0)) continue;
     const bool point = s.kind == "line" || s.kind == "spring", along = s.kind == "slider" || s.kind == "wall";
     const auto p = local(s.body, s.at);
@@ -348,6 +373,7 @@ json motion(const std::filesystem::path& folder, const Scene* scene, long most,
   out["arrows"] = json::array();
   for (std::size_t i = 0; i < pushed.size(); ++i)
     out["arrows"].push_back({{"name", pushed[i]}, {"columns", columns(arrows, 2 * i, 2, 4)}});
+  out["beams"] = scene ? beams_of(scene->mechanism, bodies) : json::array();
   out["shapes"] = scene && !instants.empty() ? shapes_of(*scene, bodies, poses) : json::array();
   return out;
 }

@@ -48,7 +48,8 @@ nlohmann::json curves(const std::filesystem::path& folder, long most);
 long numbers_of_frame(const std::filesystem::path& folder, const Scene* scene);
 
 /// The frames, about `most` and those beside `times` (s), and the shapes of the scene (if given) in
-/// the frames of their bodies. Throws SceneError for invalid tables.
+/// the frames of their bodies. `beams`: the points of each beam's line (io/scene/beam_line.hpp) as
+/// [body, x, y, body, x, y, share, unloaded x, y]. Throws SceneError for invalid tables.
 nlohmann::json motion(const std::filesystem::path& folder, const Scene* scene, long most,
                       const std::vector<double>& times);
 

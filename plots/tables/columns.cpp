@@ -42,6 +42,9 @@ constexpr ColumnFacts known_columns[] = {
     {".fn", "N", "normal force", {"F_N", "$F_N$"}},
     {".ft", "N", "friction force", {"F_T", "$F_T$"}},
     {".m", "N m", "moment", {"M", "$M$"}},
+    {".N", "N", "normal force", {"N", "$N$"}},
+    {".Q", "N", "shear force", {"Q", "$Q$"}},
+    {".M", "N m", "bending moment", {"M", "$M$"}},
     {".torque", "N m", "torque", {"M", "$M$"}},
     {".power", "W", "power", {"P", "$P$"}},
     {".ax", "m/s²", "acceleration", {"a_x", "$a_x$"}},
@@ -96,6 +99,8 @@ ColumnQuantity quantity_of(Instrument::Kind kind) {
       return {"force", {"F", "$F$"}};
     case Instrument::Kind::torque:
       return {"torque", {"M", "$M$"}};
+    case Instrument::Kind::strain_gauge:
+      return {"strain", {"ε", "$\\varepsilon$"}};
   }
   return {};
 }
@@ -113,6 +118,8 @@ const char* unit_of(Instrument::Kind kind) {
       return "N";
     case Instrument::Kind::torque:
       return "N m";
+    case Instrument::Kind::strain_gauge:
+      return "";
   }
   return "";
 }

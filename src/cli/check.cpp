@@ -15,6 +15,7 @@
 #include "formulations/make.hpp"
 #include "io/files/output_estimate.hpp"
 #include "io/files/result_set.hpp"
+#include "io/scene/beam_line.hpp"
 #include "io/scene/pose_file.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/read_scene.hpp"
@@ -127,6 +128,7 @@ struct CheckRequest : Request {
   bool bounds = false;  ///< list the plausible ranges of numbers instead
   bool units = false;   ///< list the units of numbers instead
   std::string output;   ///< folder for the figure of the pose
+  double magnify = 1;   ///< factor of the deflection of beams in the figure
 };
 
 /// Prints all units in the form of docs/reference/scene.md.
@@ -153,10 +155,10 @@ void beams(const Mechanism& m) {
   }
 }
 
-void draw_pose(const Scene& scene, const State& start, const std::string& output) {
+void draw_pose(const Scene& scene, const State& start, const std::string& output, double magnify) {
   const auto folder = result_folder(output, output);
   ResultSet set(folder, "check");
-  write_pose(scene, start, set.place());
+  write_pose(scene, start, set.place(), magnify);
   set.commit();
   fmt::print("\nfigures:\n");
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
@@ -168,6 +170,8 @@ int check(const CheckRequest& request) {
   if (request.units) return list_units();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
+  if (request.magnify != 1 && beam_lines(scene.mechanism).empty())
+    throw SceneError("--magnify: the scene has no beams, whose deflection it magnifies");
   std::optional<IdealStart> ideal;
   ask(scene, &ideal);
   const System system(scene.mechanism);
@@ -254,7 +258,7 @@ int check(const CheckRequest& request) {
       fmt::print("{}", wrapped(fmt::format("  {:<10} not available: {}\n", name, e.what()), 13));
     }
   }
-  if (!request.output.empty()) draw_pose(scene, start, request.output);
+  if (!request.output.empty()) draw_pose(scene, start, request.output, request.magnify);
   return available > 0 ? 0 : 1;
 }
 
@@ -274,7 +278,12 @@ void check_verb(Program& program) {
   options.flag("--keys", request.keys, "list all keys of scenes instead");
   options.flag("--bounds", request.bounds, "list the bounds of values by unit instead");
   options.flag("--units", request.units, "list the accepted units instead");
-  options.output(request.output, "folder for a figure of the assembled pose; default: no figure");
+  auto output =
+      options.output(request.output, "folder for a figure of the assembled pose; default: no figure");
+  options.add("--magnify", request.magnify, "factor of the deflection of beams in the figure; default 1")
+      .number([](double x) { return x > 0 && x <= 1e9; }, "must be a number greater than 0, at most 1e9")
+      .takes("FACTOR")
+      .needs(output);
 }
 
 }  // namespace freeplay::cli

@@ -19,6 +19,17 @@ struct Reported {
     f.m_first -= weight * torque;
     f.power += weight * (torque * motion.spin(link));
   }
+  void couples(const Link& link, double on_i, double on_j) const {
+    f.m += weight * on_j;
+    f.m_second += weight * on_j;
+    f.m_first += weight * on_i;
+    f.power += weight * (on_i * omega(motion.v, link.i) + on_j * omega(motion.v, link.j));
+  }
+  void section(double normal, double shear, double bending) const {
+    f.fn += weight * normal;
+    f.ft += weight * shear;
+    f.bending += weight * bending;
+  }
   void pull(const Link& link, const Arms<double>& a, const Vec2& force) const {
     f.fx += weight * force.x();
     f.fy += weight * force.y();
@@ -103,6 +114,17 @@ void ForceReport::friction(int k, const double* q, const double* v, const Evalua
   const auto& link = friction_links[k];
   along(q, e, link, row.column.data(), row.value.data(), row.size, weight * force, f);
   f.power += weight * force * row.dot(v);
+}
+
+void ForceReport::elastic(const double* q, const Evaluation& e, const double* change, double weight,
+                          Forces& out) const {
+  const Motion<double> motion{0, q, change, e, {}};
+  for_each_item(placed->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.resist(motion, x.link, std::declval<Reported&>()); }) {
+      Reported reported{motion, weight, out.elements[x.element]};
+      x.facts.resist(motion, x.link, reported);
+    }
+  });
 }
 
 void ForceReport::loads(double t, const double* q, const double* v, const double* z, const Evaluation& e,

@@ -54,6 +54,9 @@ struct ForceReport {
   /// Coulomb friction of joint k along its sliding row.
   void friction(int k, const double* q, const double* v, const Evaluation& e, const SparseRow& row,
                 double force, double weight, Forces& out) const;
+  /// Changes of the forces of elastic rows (System::elastic()) by a small displacement.
+  void elastic(const double* q, const Evaluation& e, const double* displacement, double weight,
+               Forces& out) const;
   /// Forces of torque drives and loads at a state.
   void loads(double t, const double* q, const double* v, const double* z, const Evaluation& e, double weight,
              Forces& out, const Reading& reading = {}) const;

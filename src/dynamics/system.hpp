@@ -36,6 +36,13 @@ namespace freeplay {
 
 class Builder;
 struct Mechanism;
+
+/// Rows of strain rates B v of elements with large stiffness, for implicit steps. With the strains s they exert
+/// −Bᵀ k (s + τ B v), up to terms by the rotation of B.
+struct ElasticRows {
+  CsrPattern pattern;                       ///< of B
+  std::vector<double> stiffness, damping;  ///< k (N/m or N m/rad) and τ (s) of each row
+};
 struct PlacedElements;  // dynamics/elements.hpp
 
 class System {
@@ -112,6 +119,10 @@ class System {
   template <class T>
   void forces(std::type_identity_t<T> t, const T* q, const T* v, std::type_identity_t<const T*> z,
               EvaluationOf<T>& e, const ReadingOf<std::type_identity_t<T>>& reading = {}) const;
+  /// Elastic rows of beams.
+  const ElasticRows& elastic() const { return elastic_; }
+  /// Their values at q, in the order of their pattern; needs place().
+  void elastic_rows(const double* q, const Evaluation& e, double* values) const;
   /// Number of first-order states of elements (State::z), in the order of their elements. Their
   /// initial value is 0.
   int states() const { return static_cast<int>(state_scales_.size()); }
@@ -253,6 +264,7 @@ class System {
   std::vector<int> reactive_;
   std::shared_ptr<PlacedElements> placed_;  // constant after the construction
   CurveFacts curves_;
+  ElasticRows elastic_;
   std::vector<double> state_scales_;
   ForceReport report_;
   std::vector<Carried> carried_;

@@ -270,6 +270,14 @@ void System::place_load(Builder& builder, const Element& element) {
         for (int k = 0; k < facts.states(); ++k) state_scales_.push_back(facts.state_scale(k));
         velocity_flows_ |= facts.needs_velocity();
       }
+    if constexpr (requires { facts.stiffness(); })
+      for (const double k : facts.stiffness()) {
+        elastic_.stiffness.push_back(k);
+        elastic_.damping.push_back(facts.damping);
+        for (const int body : {placed.link.i, placed.link.j})
+          for (int c = 0; body != ground && c < 3; ++c) elastic_.pattern.column.push_back(3 * body + c);
+        elastic_.pattern.end_row();
+      }
     if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
     const auto hold = [&](Phase phase) {
       placed.phase = phases();
@@ -304,7 +312,7 @@ void System::place_load(Builder& builder, const Element& element) {
 
 System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>()), gravity_(m.gravity) {
   check_point_bodies(m);
-  rows_.pattern.columns = 3 * static_cast<int>(m.bodies.size());
+  rows_.pattern.columns = elastic_.pattern.columns = 3 * static_cast<int>(m.bodies.size());
   for (const auto& b : m.bodies) {
     // The angle of a point body is fixed: the value in place of its inertia has no effect.
     mass_.insert(mass_.end(), {b.mass, b.mass, b.point ? b.mass : b.inertia});

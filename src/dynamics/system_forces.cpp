@@ -28,9 +28,11 @@ struct AppliedForces {
     push(link.i, a.ri, -1);
     push(link.j, a.rj, 1);
   }
-  void couple(const Link& link, const T& torque) const {
-    if (link.i != ground) f[3 * link.i + 2] -= torque;
-    if (link.j != ground) f[3 * link.j + 2] += torque;
+  void couple(const Link& link, const T& torque) const { couples(link, -torque, torque); }
+  /// Couples on the first and on the second body.
+  void couples(const Link& link, const T& on_i, const T& on_j) const {
+    if (link.i != ground) f[3 * link.i + 2] += on_i;
+    if (link.j != ground) f[3 * link.j + 2] += on_j;
   }
 };
 
@@ -65,6 +67,14 @@ void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z,
       if (x.state >= 0) dz[x.state] = x.facts.flow(motion.of(x.phase), x.link, z[x.state]);
     if constexpr (requires { x.facts.states(); })
       if (x.state >= 0) x.facts.template flow<T>(motion, z + x.state, dz + x.state);
+  });
+}
+
+void System::elastic_rows(const double* q, const Evaluation& e, double* values) const {
+  const Motion<double> motion{0, q, nullptr, e, {}};
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.strain_rows(motion, x.link, values); })
+      values = x.facts.strain_rows(motion, x.link, values);
   });
 }
 

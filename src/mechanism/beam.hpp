@@ -154,6 +154,7 @@ struct Beam {
     x.shear = shear_modulus * shear_factor * effective;
     x.curvature = curvature;
     x.damping = damping;
+    x.section = begins ? -0.5 : ends ? 0.5 : 0;
     x.made = true;
     return x;
   }

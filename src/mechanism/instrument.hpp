@@ -22,7 +22,8 @@ struct Instrument {
     encoder,  ///< rad, angle of a joint
     /// N, force of a joint on its second body along an axis of the world, through a low-pass
     load_cell,
-    torque  ///< N m, torque of a drive, through a low-pass
+    torque,        ///< N m, torque of a drive, through a low-pass
+    strain_gauge,  ///< strain of a beam, through a low-pass
   };
   /// measured quantity
   Kind kind = Kind::accelerometer;
@@ -33,6 +34,9 @@ struct Instrument {
   std::array<int, 2> pair{ground, ground};  ///< encoder: bodies of the joint
   int joint = -1;                           ///< encoder and load cell: index of the joint
   std::string drive;                        ///< torque: name of the drive
+  std::string beam, element;                ///< strain gauge: name of the beam, and of the element there
+  double place = 0, offset = 0;             ///< m, strain gauge: along the beam, and from the neutral axis
+  double axial = 1, bending = 1;            ///< N and N m², strain gauge: EA and EI of the section
   Vec2 axis{1, 0};                          ///< unit vector
   double bandwidth = 0;                     ///< Hz, −3 dB
   int order = 2;                            ///< order of the Butterworth low-pass, 1 to 8

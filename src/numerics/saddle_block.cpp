@@ -138,9 +138,10 @@ struct SaddleBlock::Klu {
 
   /// Refactorises with the old pivots while these are accurate, else with new ones. Returns false
   /// if the matrix is singular.
-  bool factor(const std::vector<double>& G_values, double epsilon) {
+  bool factor(const std::vector<double>& G_values, const std::vector<double>& compliance, double epsilon) {
     for (std::size_t e = 0; e < G_values.size(); ++e) value[of_G[e]] = value[of_Gt[e]] = G_values[e];
     for (int e : of_epsilon) value[e] = -epsilon;
+    for (std::size_t k = 0; k < compliance.size(); ++k) value[of_epsilon[k]] -= compliance[k];
     if (numeric) {
       refactored = true;
       if (klu_refactor(begin.data(), row.data(), value.data(), symbolic, numeric, &common) &&
@@ -209,6 +210,11 @@ SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, Solv
 SaddleBlock::~SaddleBlock() = default;
 SaddleBlock::SaddleBlock(SaddleBlock&&) noexcept = default;
 
+void SaddleBlock::set_compliance(std::span<const double> of_last_rows) {
+  compliance_.assign(static_cast<std::size_t>(G_.rows), 0);
+  std::copy(of_last_rows.begin(), of_last_rows.end(), compliance_.end() - std::ssize(of_last_rows));
+}
+
 bool SaddleBlock::factor(const double* G_values) {
   std::copy_n(G_values, values_.size(), values_.begin());
   return factor_taken();
@@ -234,6 +240,7 @@ bool SaddleBlock::factor_dense() {
     const double *value = values_.data(), *mobility = inverse_mass_.data();
     std::fill_n(S, S_.size(), 0.0);
     for (const auto& p : products_) S[p.entry] += value[p.e1] * value[p.e2] * mobility[p.c];
+    for (std::size_t k = 0; k < compliance_.size(); ++k) S[k * (compliance_.size() + 1)] += compliance_[k];
   };
   if (G_.rows == 0) return true;
   assemble();
@@ -256,14 +263,14 @@ bool SaddleBlock::factor_dense() {
 
 bool SaddleBlock::factor_sparse() {
   if (!proximal_) {
-    if (klu_->factor(values_, 0)) return true;
+    if (klu_->factor(values_, compliance_, 0)) return true;
     proximal_ = true;
   }
   double trace = 0;
   for (std::size_t e = 0; e < values_.size(); ++e)
     trace += values_[e] * values_[e] * inverse_mass_[G_.column[e]];
   epsilon_ = relative_epsilon * trace / std::max(1, G_.rows);
-  return klu_->factor(values_, epsilon_);
+  return klu_->factor(values_, compliance_, epsilon_);
 }
 
 /// Uses kernels of fixed size for small blocks, which most mechanisms consist of.
@@ -291,11 +298,12 @@ void SaddleBlock::solve_densely(const Places& at, const double* f, const double*
   if (lossy_) refine(at, r, a, lambda);
 }
 
-/// S dλ = G a − r, λ += dλ, a −= M⁻¹Gᵀ dλ.
+/// S dλ = G a − Σλ − r, λ += dλ, a −= M⁻¹Gᵀ dλ.
 void SaddleBlock::refine(const Places& at, const double* r, double* a, double* lambda) {
   auto x = Eigen::Map<Eigen::VectorXd>(room_.data(), G_.rows);
   for (int k = 0; k < G_.rows; ++k) {
     x[k] = r ? -r[at.rows[k]] : 0;
+    if (!compliance_.empty()) x[k] -= compliance_[static_cast<std::size_t>(k)] * lambda[at.rows[k]];
     for (int e = G_.begin[k]; e < G_.begin[k + 1]; ++e) x[k] += values_[e] * a[at.column[e]];
   }
   S_.triangularView<Eigen::Lower>().solveInPlace(x);
@@ -357,6 +365,7 @@ void SaddleBlock::solve(const double* f, const double* r, double* a, double* lam
 template <class M>
 void SaddleBlock::serialize(M& m) {
   serialize_fixed(m, values_);
+  if (!compliance_.empty()) serialize_fixed(m, compliance_);
   m(proximal_, lossy_, converged_, epsilon_, first_pivot_, least_pivot_);
   if (dense_)
     m.raw(S_.data(), static_cast<std::size_t>(S_.size()) * sizeof(double));

@@ -1,8 +1,8 @@
 // The linear system of constrained dynamics
 //
-//     M a + Gᵀ λ = f,      G a = r,          M diagonal and positive.
+//     M a + Gᵀ λ = f,      G a − Σ λ = r,          M diagonal and positive, Σ diagonal.
 //
-// Dense path: Cholesky factorisation of the Schur complement S = G M⁻¹ Gᵀ. If its pivots cancel, as
+// Σ is 0 but for elastic rows (SaddlePoint). Dense path: Cholesky factorisation of S = G M⁻¹ Gᵀ + Σ. If its pivots cancel, as
 // those of a body with a very small inertia do, one step of iterative refinement against G a = r
 // restores the accuracy. Sparse path: KLU on the whole saddle-point matrix.
 //
@@ -47,6 +47,8 @@ class SaddleBlock {
   SaddleBlock(SaddleBlock&&) noexcept;
   SaddleBlock(const SaddleBlock&) = delete;
 
+  /// Σ of the last rows, from the next factorisation on; those before them are rigid.
+  void set_compliance(std::span<const double> of_last_rows);
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
   /// factor() for a block whose values are at `entries` of a larger array.
@@ -113,6 +115,7 @@ class SaddleBlock {
 
   const CsrPattern G_;
   std::vector<double> mass_, inverse_mass_, values_;
+  std::vector<double> compliance_;  // Σ of all rows; empty: 0
   bool dense_, redundant_, proximal_ = false, converged_ = true;
   bool lossy_ = false;  // whether a pivot of the last factorisation lost more than six digits
   double epsilon_ = 0, noise_ = 0;

@@ -42,14 +42,34 @@ void SaddlePoint::find_fixed(std::span<const double> mass, const CsrPattern& G) 
   reduced_r_.resize(G.rows);
 }
 
-SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path, RowFacts facts)
+SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path, RowFacts facts,
+                         const CsrPattern* B)
     : part_of_column_(G.columns, -1),
       place_of_column_(G.columns, 0),
       free_mobility_(G.columns, 0.0),
       whole_(G.columns, 0.0),
       facts_(facts),
       rows_(static_cast<std::size_t>(G.rows)),
+      elastic_(B != nullptr),
       G_values_(G.column.size()) {
+  if (!B) {
+    make_parts(mass, G, path);
+    return;
+  }
+  facts_.eliminate = false;
+  CsrPattern all = G;
+  for (int k = 0; k < B->rows; ++k) {
+    all.column.insert(all.column.end(), B->column.begin() + B->begin[k], B->column.begin() + B->begin[k + 1]);
+    all.end_row();
+  }
+  elastic_values_.resize(all.column.size());
+  elastic_r_.resize(static_cast<std::size_t>(all.rows));
+  elastic_lambda_.resize(static_cast<std::size_t>(all.rows));
+  make_parts(mass, all, path);
+}
+
+void SaddlePoint::make_parts(std::span<const double> mass, const CsrPattern& G, SolvePath path) {
+  const auto& facts = facts_;
   if (facts.eliminate && !facts.redundant) find_fixed(mass, G);
   std::vector<bool> gone_row(G.rows, false), gone(G.columns, false);
   for (const auto& x : fixed_) gone_row[x.row] = gone[x.column] = true;
@@ -113,7 +133,22 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
   for (auto* x : {&r_, &lambda_}) x->resize(most_rows);
 }
 
+void SaddlePoint::set_elastic(std::span<const double> values, std::span<const double> compliance) {
+  std::ranges::copy(values, elastic_values_.end() - std::ssize(values));
+  std::vector<double> own;
+  for (auto& part : parts_) {
+    own.clear();
+    for (const int k : part.at.rows)
+      if (k >= static_cast<int>(rows_)) own.push_back(compliance[static_cast<std::size_t>(k) - rows_]);
+    if (!own.empty()) part.block.set_compliance(own);
+  }
+}
+
 bool SaddlePoint::factor(const double* G_values) {
+  if (elastic_) {
+    std::copy_n(G_values, G_values_.size(), elastic_values_.begin());
+    return factor_blocks(elastic_values_.data());
+  }
   compiled_ = functions_ && functions_->factor && factor_compiled(G_values);
   return compiled_ || factor_blocks(G_values);
 }
@@ -238,9 +273,16 @@ void SaddlePoint::solve(const double* f, const double* r, double* a, double* lam
     return;
   }
   use_blocks();
+  double* const out = lambda;
+  if (elastic_) {
+    if (r) std::copy_n(r, rows_, elastic_r_.begin());
+    r = r ? elastic_r_.data() : nullptr;
+    lambda = elastic_lambda_.data();
+  }
   r = know(r, a);
   for (const int c : free_columns_) a[c] = f ? f[c] * inverse_mass_[c] : 0;
   for (auto& part : parts_) solve_part(part, f, r, a, lambda);
+  if (elastic_) std::copy_n(lambda, rows_, out);
   if (which == Multipliers::all) finish(f, a, lambda);
 }
 
@@ -262,6 +304,8 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     return clear();
   }
   use_blocks();
+  double* const out = lambda;
+  if (elastic_) lambda = elastic_lambda_.data();
   std::fill_n(a, part_of_column_.size(), 0.0);
   row.add_to(whole, 1);
   if (beside) beside->add_to(whole, factor);
@@ -285,6 +329,7 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     if (!is_done(p))
       for (const int k : parts_[p].at.rows) lambda[k] = 0;
   for (const auto& x : fixed_) a[x.column] = 0;
+  if (elastic_) std::copy_n(lambda, rows_, out);
   if (which == Multipliers::all) finish(whole, a, lambda);
   clear();
 }

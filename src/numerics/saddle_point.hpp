@@ -9,6 +9,9 @@
 //
 // which changes results by rounding only.
 //
+// Elastic rows B resist with the stiffness 1/Σ: they add BᵀΣ⁻¹B to M (ElasticRows). No elimination and no
+// compiled functions are used then.
+//
 // Usage:
 //
 //     SaddlePoint saddle(system.mass(), system.pattern());
@@ -53,9 +56,9 @@ struct RowFacts {
 
 class SaddlePoint {
  public:
-  /// `mass`: diagonal of M, G.columns entries.
+  /// `mass`: diagonal of M, G.columns entries. `B`: the pattern of elastic rows, null if there are none.
   SaddlePoint(std::span<const double> mass, const CsrPattern& G, SolvePath path = SolvePath::automatic,
-              RowFacts facts = {});
+              RowFacts facts = {}, const CsrPattern* B = nullptr);
 
   /// Uses compiled functions from the time on when `functions`, which must outlive this object, has
   /// them. Their results are bitwise identical.
@@ -97,6 +100,8 @@ class SaddlePoint {
     for (auto& part : parts_) part.block.factored_elsewhere(*least++);
   }
 
+  /// Values of the elastic rows and their compliances Σ, from the next factorisation on.
+  void set_elastic(std::span<const double> values, std::span<const double> compliance);
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
   /// Multipliers that a solve computes. Those of eliminated rows cost as much as the remaining
@@ -177,6 +182,7 @@ class SaddlePoint {
   bool factor_blocks(const double* G_values);
   /// Factorises the blocks if compiled factors are in force.
   void use_blocks();
+  void make_parts(std::span<const double> mass, const CsrPattern& G, SolvePath path);
   void find_fixed(std::span<const double> mass, const CsrPattern& G);
   const double* know(const double* r, double* a);
   void solve_part(Part& part, const double* f, const double* r, double* a, double* lambda);
@@ -196,7 +202,9 @@ class SaddlePoint {
   int largest_ = 0;
   bool converged_ = true;
   RowFacts facts_;
-  std::size_t rows_ = 0;
+  std::size_t rows_ = 0;        // of G
+  bool elastic_ = false;
+  std::vector<double> elastic_values_, elastic_r_, elastic_lambda_;  // of the rows of G and B
   const SolveFunctions* functions_ = nullptr;
   bool compiled_ = false;                            // whether the factors in force are those of `functions_`
   std::vector<double> G_values_, factors_, ratios_;  // of compiled factors

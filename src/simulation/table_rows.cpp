@@ -59,6 +59,9 @@ ForceParts force_parts(ForceElement::Kind kind) {
               {{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}};
     case ForceElement::Kind::force:
       return {{{"fx", &F::fx}, {"fy", &F::fy}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
+    case ForceElement::Kind::section:
+      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}, {"N", &F::fn}, {"Q", &F::ft}, {"M", &F::bending}},
+              {{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}};
     case ForceElement::Kind::push:
       return {{{"fx", &F::fx}, {"fy", &F::fy}, {"power", &F::power}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
     case ForceElement::Kind::drive:
@@ -71,7 +74,8 @@ ForceParts force_parts(ForceElement::Kind kind) {
 void refuse_shared_names(const Layout& layout) {
   for (auto a = layout.forces.begin(); a != layout.forces.end(); ++a)
     if (std::ranges::find(layout.forces.begin(), a, a->name, &ForceElement::name) != a) {
-      const bool load = a->kind == ForceElement::Kind::force || a->kind == ForceElement::Kind::torque;
+      const bool load = a->kind == ForceElement::Kind::force || a->kind == ForceElement::Kind::torque ||
+                        a->kind == ForceElement::Kind::section;
       const bool drive = a->kind == ForceElement::Kind::drive || a->kind == ForceElement::Kind::push;
       throw ModelError(fmt::format("{}.{}",
                                    load    ? "loads"

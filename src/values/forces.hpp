@@ -22,8 +22,8 @@ namespace freeplay {
 /// An element whose forces a step reports.
 struct ForceElement {
   /// drive: torque of a drive; push: force of a drive along a translational joint; force and
-  /// torque: loads
-  enum class Kind { joint, contact, drive, push, force, torque };
+  /// torque: loads; section: an element of a beam
+  enum class Kind { joint, contact, drive, push, force, torque, section };
   /// of the element in the scene
   std::string name;
   /// kind of element
@@ -41,7 +41,10 @@ struct ElementForce {
   double m = 0;           ///< N m, on the second body, about the element's point
   /// N m, on the first and second body, about its centre of mass
   double m_first = 0, m_second = 0;
-  double fn = 0, ft = 0;  ///< N, contacts: normal (≥ 0: repulsion) and along the sliding rate
+  /// N. Contacts: normal (≥ 0: repulsion) and along the sliding rate. Sections of beams: normal (≥ 0: tension) and
+  /// shear force.
+  double fn = 0, ft = 0;
+  double bending = 0;     ///< N m, bending moment of a section
   double power = 0;       ///< W, power of drives and loads into the mechanism
 
   /// Adds `weight` times f.
@@ -53,11 +56,12 @@ struct ElementForce {
     m_second += weight * f.m_second;
     fn += weight * f.fn;
     ft += weight * f.ft;
+    bending += weight * f.bending;
     power += weight * f.power;
   }
   template <class M>
   void serialize(M& memory) {
-    memory(fx, fy, m, m_first, m_second, fn, ft, power);
+    memory(fx, fy, m, m_first, m_second, fn, ft, bending, power);
   }
 };
 

@@ -17,7 +17,7 @@ const end = runs.reduce((t, run) => Math.max(t, last(run.motion.t) || 0), 0);
 const begin = runs.length ? runs.reduce((t, run) => Math.min(t, run.motion.t[0] || 0), Infinity) : 0;
 
 const state = {
-  t: begin, playing: false, rate: 1, layout: 'beside', names: true, arrows: true,
+  t: begin, playing: false, rate: 1, layout: 'beside', names: true, arrows: true, magnify: 1,
   from: begin, to: end,  // s, time range of the plots
   view: { zoom: 1, x: 0, y: 0 },  // view of the mechanism
 };

@@ -24,6 +24,19 @@ function gather(run) {
 }
 for (const run of runs) run.shapes = gather(run);
 
+/** Points of the line of a beam in a pose with its deflection magnified (io/scene/beam_line.hpp). */
+function beamLine(beam, pose, magnify) {
+  const points = beam.points.map(([i, x, y, j, u, v, share]) => {
+    const p = placed(pose(i), x, y), q = placed(pose(j), u, v);
+    return [(1 - share) * p[0] + share * q[0], (1 - share) * p[1] + share * q[1]];
+  });
+  const [x0, y0] = points[0], dx = last(points)[0] - x0, dy = last(points)[1] - y0;
+  return points.map(([x, y], k) => {
+    const [u, v] = beam.points[k].slice(7), cx = x0 + u * dx - v * dy, cy = y0 + u * dy + v * dx;
+    return [cx + magnify * (x - cx), cy + magnify * (y - cy)];
+  });
+}
+
 /** Bounding box of the shapes of all runs over all frames. */
 function bounds() {
   const box = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
@@ -37,6 +50,7 @@ function bounds() {
     for (let i = 0; i < count; i += each) {
       const poses = run.motion.bodies.map((_, b) => poseOf(run, b, { i, part: 0 }));
       poses[-1] = poseOf(run, -1, { i, part: 0 });
+      for (const beam of run.motion.beams) for (const p of beamLine(beam, (body) => poses[body], 1)) hold(p, 0);
       for (const s of run.shapes) {
         const r = s.kind === 'disc' || s.kind === 'loose' ? s.a : 0;
         const points = s.points.length > 20 ? s.points.filter((_, k) => k % 15 === 0) : s.points;
@@ -164,6 +178,15 @@ const painters = {
 };
 const order = ['wall', 'support', 'outline', 'line', 'disc', 'link', 'spring', 'slider', 'weld', 'joint', 'pin', 'loose', 'mass'];
 
+function drawBeam(c, beam, to, pose, colour, named) {
+  const points = beamLine(beam, pose, state.magnify).map(to.at), [x, y] = points[points.length >> 1];
+  c.lineWidth = 5;
+  c.strokeStyle = colour(beam.points[0][3]);
+  line(c, points);
+  c.stroke();
+  if (named && state.names) { c.fillStyle = colours.ink; label(c, beam.name, x + 7, y - 7); }
+}
+
 function ring(c, [x, y], r, colour) {
   c.lineWidth = 1.8;
   c.strokeStyle = colour;
@@ -237,11 +260,14 @@ function drawMechanism(canvas, list) {
     };
     const colour = list.length > 1 ? () => runColour(r) : (body) => (body < 0 ? colours.soft : bodyColour(body));
     c.globalAlpha = k > 0 ? 0.65 : 1;
-    for (const kind of order)
+    for (const kind of order) {
       for (const s of run.shapes) if (s.kind === kind && (k === 0 || kind !== 'mass')) painters[kind](c, s, to, pose, colour);
+      if (kind === 'link') for (const beam of run.motion.beams) drawBeam(c, beam, to, pose, colour, k === 0);
+    }
     if (state.arrows) drawForces(c, run, to, pose, at);
     c.globalAlpha = 1;
   });
+  if (state.magnify !== 1) { c.fillStyle = colours.soft; c.fillText(`deflection × ${state.magnify}`, 12, 18); }
   // Scale bar: a round length of about a fifth of the width.
   const length = ticks(0, 0.25 * width / to.k, 1)[1] || ticks(0, 0.25 * width / to.k, 2)[1];
   if (length) {

@@ -28,31 +28,42 @@ struct Dynamics<BeamElement> : BeamElement {
 
   template <class T>
   void act(const auto& m, const auto& link, const T*, auto& out) const {
-    using std::atan2, std::sqrt;
-    const auto arm = m.arms(link);
-    const T chord = sqrt(dot(arm.d, arm.d));
-    const Vec2Of<T> along{arm.d.x() / chord, arm.d.y() / chord}, left = perp(along);
-    const auto turn = [&](int body, const Vec2& s) {
-      const auto t = turned(body, s, m.e);
-      return atan2(cross(along, t), dot(along, t));
-    };
-    const T phi_i = turn(link.i, tangent[0]), phi_j = turn(link.j, tangent[1]);
-    T e = chord - length + bowing(phi_i, phi_j), a = phi_i - start, b = phi_j + start;
-    const T by_i = length / 30 * (4 * phi_i - phi_j), by_j = length / 30 * (4 * phi_j - phi_i);  // ∂e/∂φ
+    const Shape<T> s(*this, m, link);
+    T e = s.chord - length + bowing(s.phi_i, s.phi_j), a = s.phi_i - start, b = s.phi_j + start;
     if (damping > 0) {
-      const auto w = m.relative_velocity(link, arm);
-      const T spin = dot(left, w) / chord, rate_i = omega(m.v, link.i) - spin,
-              rate_j = omega(m.v, link.j) - spin, rate = dot(along, w) + by_i * rate_i + by_j * rate_j;
+      const auto [rate, rate_i, rate_j] = s.rates(m, link);
       e += damping * rate, a += damping * rate_i, b += damping * rate_j;
       out.power.damping -= damping * (stretch * rate * rate + own * (rate_i * rate_i + rate_j * rate_j) +
                                       2 * other * rate_i * rate_j);
     }
-    const T force = stretch * e, moment_i = force * by_i + own * a + other * b,
-            moment_j = force * by_j + own * b + other * a, across = (moment_i + moment_j) / chord;
-    out.couple(Link{ground, link.i}, T(-moment_i));
-    out.couple(Link{ground, link.j}, T(-moment_j));
-    out.pull(link, arm,
-             Vec2Of<T>{across * left.x() - force * along.x(), across * left.y() - force * along.y()});
+    s.pull(*this, link, e, a, b, out);
+  }
+  /// The change of its forces by a small displacement m.v.
+  void resist(const auto& m, const auto& link, auto& out) const {
+    const Shape<double> s(*this, m, link);
+    const auto [e, a, b] = s.rates(m, link);
+    s.pull(*this, link, e, a, b, out);
+  }
+
+  /// Stiffness (N/m, N m/rad, N m/rad) of the strains e, a + b and a − b, which are uncoupled.
+  std::array<double, 3> stiffness() const { return {stretch, 0.5 * (own + other), 0.5 * (own - other)}; }
+  /// Their rates as rows on the velocities of the moving bodies. Returns the end of the values.
+  double* strain_rows(const auto& m, const Link& link, double* values) const {
+    const Shape<double> s(*this, m, link);
+    const auto row = [&](const Vec2& push, double on_i, double on_j) {  // on ẋ_j − ẋ_i, ω_i and ω_j
+      const auto put = [&](int body, const Vec2& arm, double sign, double turning) {
+        if (body == ground) return;
+        *values++ = sign * push.x();
+        *values++ = sign * push.y();
+        *values++ = sign * cross(arm, push) + turning;
+      };
+      put(link.i, s.arm.ri, -1, on_i);
+      put(link.j, s.arm.rj, 1, on_j);
+    };
+    row(s.along - ((s.by_i + s.by_j) / s.chord) * s.left, s.by_i, s.by_j);
+    row((-2 / s.chord) * s.left, 1, 1);
+    row({0, 0}, 1, -1);
+    return values;
   }
 
   double potential(const auto& at_rest, const auto& link) const {
@@ -69,6 +80,43 @@ struct Dynamics<BeamElement> : BeamElement {
   }
 
  private:
+  /// Geometry at one state.
+  template <class T>
+  struct Shape {
+    Shape(const Dynamics& x, const auto& m, const Link& link) : arm(m.arms(link)) {
+      using std::atan2, std::sqrt;
+      chord = sqrt(dot(arm.d, arm.d));
+      along = {arm.d.x() / chord, arm.d.y() / chord};
+      left = perp(along);
+      const auto turn = [&](int body, const Vec2& s) {
+        const auto t = turned(body, s, m.e);
+        return atan2(cross(along, t), dot(along, t));
+      };
+      phi_i = turn(link.i, x.tangent[0]), phi_j = turn(link.j, x.tangent[1]);
+      by_i = x.length / 30 * (4 * phi_i - phi_j), by_j = x.length / 30 * (4 * phi_j - phi_i);
+    }
+    /// Rates of e, a, b.
+    std::array<T, 3> rates(const auto& m, const Link& link) const {
+      const auto w = m.relative_velocity(link, arm);
+      const T spin = dot(left, w) / chord, rate_i = omega(m.v, link.i) - spin,
+              rate_j = omega(m.v, link.j) - spin;
+      return {dot(along, w) + by_i * rate_i + by_j * rate_j, rate_i, rate_j};
+    }
+    /// Applies the forces of strains e, a, b.
+    void pull(const Dynamics& x, const Link& link, const T& e, const T& a, const T& b, auto& out) const {
+      const T force = x.stretch * e, moment_i = force * by_i + x.own * a + x.other * b,
+              moment_j = force * by_j + x.own * b + x.other * a, across = (moment_i + moment_j) / chord;
+      out.couples(link, T(-moment_i), T(-moment_j));
+      out.pull(link, arm,
+               Vec2Of<T>{across * left.x() - force * along.x(), across * left.y() - force * along.y()});
+      if constexpr (requires { out.section(force, across, across); })  // M rises from −m_i to m_j
+        out.section(force, -across, 0.5 * (moment_j - moment_i) + x.section * (moment_i + moment_j));
+    }
+    Arms<T> arm;
+    T chord, phi_i, phi_j, by_i, by_j;  // by: ∂e/∂φ
+    Vec2Of<T> along, left;
+  };
+
   /// l (2φ_i² − φ_i φ_j + 2φ_j²)/30
   template <class T>
   T bowing(const T& phi_i, const T& phi_j) const {

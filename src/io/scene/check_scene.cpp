@@ -136,6 +136,10 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
     film(key.name, index, clearance, bearing_length);
   }
   void drive(const Key& key, const std::string& name) const { known_drive(key.name, name); }
+  void gauge(const Key& beam, const Key& place, const Instrument& i) const {
+    named(beam.name, "beam", mechanism_.beams, i.beam);
+    need(place, i.place, non_negative);
+  }
   template <class... Kinds>
   const Joint* joint_of(const Key& key, int index) const {
     at(mechanism_.joints, index, key.name);

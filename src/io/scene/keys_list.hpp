@@ -194,6 +194,10 @@ class KeysList {
   void from_bodies(const Key& key, const std::optional<double>&) {
     add(key, "number", std::string(key.fallback));
   }
+  void gauge(const Key& beam, const Key& place, const auto&) {
+    add(beam, "text", "required");
+    add(place, "number", "required");
+  }
   void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }
   void joint_angle(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
 

@@ -311,6 +311,21 @@ void KeysReader::drive(const Key& key, std::string& drive) {
   known_drive(key.name, drive);
 }
 
+void KeysReader::gauge(const Key& beam, const Key& place, Instrument& i) {
+  i.beam = s_.text(beam.name);
+  const auto& found =
+      mechanism_.beams[static_cast<std::size_t>(named(beam.name, "beam", mechanism_.beams, i.beam))];
+  need(place, i.place, non_negative);
+  check(i.place <= found.length, place.name, "must be at most the length of the beam, ", found.length, " m");
+  const int section = static_cast<int>(std::lround(i.place / found.piece()));
+  check(!(section == 0 && found.is_free(0)) && !(section == found.elements && found.is_free(1)), place.name,
+        "is at the free end, which has no strain");
+  const auto element = found.element(section);
+  i.element = element.name;
+  i.axial = element.axial;
+  i.bending = element.bending;
+}
+
 int KeysReader::joint_index(const Key& key) {
   return named(key.name, "joint", mechanism_.joints, s_.text(key.name));
 }

@@ -98,6 +98,7 @@ class KeysReader : public SectionReader, private KeyRules {
   void lubricant(const Key& key, int& lubricant, double clearance,
                  const std::optional<double>& bearing_length);
   void drive(const Key& key, std::string& drive);
+  void gauge(const Key& beam, const Key& place, Instrument& i);
   void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);
   /// A joint with one degree of freedom: revolute or translational.
   void moving_joint(const Key& key, int& joint);

@@ -8,6 +8,7 @@
 #include "dynamics/assembly/joint_places.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/run_json.hpp"
+#include "io/scene/beam_line.hpp"
 #include "mechanism/scene.hpp"
 #include "values/table.hpp"
 
@@ -36,6 +37,7 @@ class PoseShapes {
     for (const auto& contact : m_.contacts) std::visit([&](const auto& c) { draw_contact(c); }, contact);
     for (const auto& group : m_.groups) draw_group(group);
     for (const auto& load : m_.loads) std::visit([&](const auto& l) { draw_load(l); }, load);
+    for (const auto& line : beam_lines(m_)) draw_beam(line);
     return std::move(out_);
   }
 
@@ -176,10 +178,18 @@ class PoseShapes {
   }
   void draw_load(const auto& l) {
     if constexpr (requires { l.between[0], l.at[0].x(); }) {
-      row("spring", l.name, l.between[0], place_of(q_, l.between[0], l.at[0]),
-          place_of(q_, l.between[1], l.at[1]), l.between[1]);
+      if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(l)>, BeamElement>)  // drawn as a line
+        row("spring", l.name, l.between[0], place_of(q_, l.between[0], l.at[0]),
+            place_of(q_, l.between[1], l.at[1]), l.between[1]);
       for (const int end : {0, 1})
         if (l.between[end] == ground) row("support", l.name, ground, l.at[end]);
+    }
+  }
+  void draw_beam(const BeamLine& line) {
+    const auto points = drawn(line, [&](int body, const Vec2& at) { return place_of(q_, body, at); });
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto& [first, second] = line.points[i].bodies;
+      row("beam", line.name, first, points[i].at, points[i].unloaded, second);
     }
   }
   Vec2 direction(int body, const Vec2& axis) const {
@@ -205,9 +215,10 @@ std::string pose_table(const Scene& scene, const State& state) {
   return table.csv();
 }
 
-void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder) {
+void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder, double magnify) {
   write_file(folder / "pose.csv", pose_table(scene, state));
-  write_json(folder / "pose.json", {{"title", scene.mechanism.title}}, provenance(scene));
+  write_json(folder / "pose.json", {{"title", scene.mechanism.title}, {"magnify", magnify}},
+             provenance(scene));
 }
 
 }  // namespace freeplay

@@ -15,6 +15,8 @@
 //     outline   a point of a cam's outline
 //     line      a rack's pitch line or a follower's face, to (a, b)
 //     spring    a load between (x, y) and (a, b)
+//     beam      a point of a beam's line in the order of its length, (a, b) its place on the unloaded
+//               beam between the ends of the line (io/scene/beam_line.hpp)
 //     joint     any other kind
 #pragma once
 
@@ -34,7 +36,7 @@ struct Scene;
 struct PoseShape {
   std::string_view kind;
   std::string name;
-  int body;   ///< body of the point (x, y)
+  int body;   ///< body of the point (x, y); for a beam, the first one beside it
   Vec2 at;    ///< m, world frame
   int other;  ///< body of (a, b), if that is a point or a direction
   Vec2 more;
@@ -46,7 +48,9 @@ std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>
 /// The table as CSV text with its header.
 std::string pose_table(const Scene& scene, const State& state);
 
-/// Writes pose.csv, and pose.json with the provenance.
-void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder);
+/// Writes pose.csv, and pose.json with the provenance and the factor by which the figure magnifies the deflection
+/// of beams.
+void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder,
+                double magnify = 1);
 
 }  // namespace freeplay

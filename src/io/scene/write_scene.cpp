@@ -121,6 +121,10 @@ class KeysWriter : public SceneVisitor<KeysWriter> {
     if (index >= 0) text(key.name, at(mechanism_.lubricants, index, key.name).name);
   }
   void drive(const Key& key, const std::string& name) { text(key.name, name); }
+  void gauge(const Key& beam, const Key& place, const Instrument& i) {
+    text(beam.name, i.beam);
+    put(place.name, i.place);
+  }
   template <class... Kinds>
   const Joint* joint_of(const Key& key, int index) {
     const auto& joint = at(mechanism_.joints, index, key.name);

@@ -23,7 +23,7 @@ namespace freeplay {
 /// An elastic piece between two bodies, without mass.
 struct BeamElement {
   static constexpr std::string_view type = "beam", what = "a beam element";
-  static constexpr auto reports = ForceElement::Kind::force;
+  static constexpr auto reports = ForceElement::Kind::section;
   std::string name;                                ///< of the element in the scene
   std::array<int, 2> between{ground, ground};      ///< first and second body: indices, or ground
   std::array<Vec2, 2> at{Vec2{0, 0}, Vec2{0, 0}};  ///< m, its end on each body, in the body's frame
@@ -34,7 +34,8 @@ struct BeamElement {
   double shear = 0;                                ///< N, κGA; 0: rigid in shear
   double curvature = 0;                            ///< 1/m, unloaded; positive to the left
   double damping = 0;                              ///< s, τ: stiffness-proportional
-  bool made = false;                               ///< made from a beam, which states all its facts
+  double section = 0;  ///< place of the reported section from the middle, over the length: −½ to ½
+  bool made = false;   ///< made from a beam, which states all its facts
 
   static void keys(auto& k, auto& x) {
     k.between("two bodies, or \"ground\" and a body", x.between);

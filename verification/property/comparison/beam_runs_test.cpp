@@ -1,0 +1,105 @@
+// Beams in runs: fixed steps beyond the periods of axial waves, section forces, balances of forces, strain gauges.
+#include "dynamics/assembly/assembly.hpp"
+#include "io/scene/read_scene.hpp"
+#include "mechanism/beam.hpp"
+#include "verification/claims/force_balance.hpp"
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// A steel strip of 500 mm × 20 mm × 5 mm from the ground along x, with a tip of 0.2 kg.
+std::string strip(const std::string& tip, const std::string& more = "") {
+  return test::body("tip", 0.2, 1e-5, "position = [0.5, 0.0]\nangle = 0.0\n" + tip) +
+         "[beams.strip]\nbetween = [\"ground\", \"tip\"]\nlength = 0.5\nyoung = 2.1e11\ndensity = 7850\n"
+         "section = \"rectangle\"\nwidth = 20e-3\nheight = 5e-3\n" +
+         more;
+}
+constexpr double EI = 2.1e11 * 20e-3 * 5e-3 * 5e-3 * 5e-3 / 12, EA = 2.1e11 * 20e-3 * 5e-3;
+
+}  // namespace
+
+TEST_CASE("fixed steps far beyond the periods of axial waves keep order and energy", "[beams]") {
+  // Axial waves between pieces have up to 1.65e5 rad/s: explicit steps end at 12 µs. The first bending period is 0.1 s,
+  // the second 0.017 s, which steps from 2 ms on resolve. Small deflections are linear: the midpoint rule keeps energy.
+  const auto text = strip("velocity = [0.0, 0.1]\n") + test::run_for(0.2);
+  const auto at_end = [&](const test::Way& way) {
+    const auto run = test::finished(way, text);
+    return std::pair{run.state.q[1], std::abs(run.ledger.closure()) / run.ledger.scale()};
+  };
+  const double exact = at_end(test::event_driven).first;
+  const auto error = [&](double h) {
+    const auto [y, lost] = at_end(test::fixed_steps(h));
+    CHECK(lost < 1e-4);
+    return std::abs(y - exact);
+  };
+  test::check_order({2e-3, 1e-3, 0.5e-3, 0.25e-3}, error, 1.7, 2.3);
+}
+
+TEST_CASE("damped beams need no short fixed steps", "[beams]") {
+  // The first mode decays by ω τ/2 of a period: amplitude exp(−ω² τ t/2), ω² = 3 EI/(L³ (m + 33/140 ρAL)) to 1 %.
+  const double mass = 0.2 + 33.0 / 140 * 7850 * 20e-3 * 5e-3 * 0.5, square = 3 * EI / (0.125 * mass), tau = 2e-3;
+  const auto text = strip("velocity = [0.0, 0.1]\n", fmt::format("damping = {}\n", tau)) + test::run_for(0.5);
+  const auto motion = test::motion_rows(test::scene_by(test::fixed_steps(1e-3), text), Family::nonsmooth, 1e-3);
+  const auto peak = [&](double from, double to) {
+    double most = 0;
+    for (const auto& row : motion.rows)
+      if (row.t >= from && row.t < to) most = std::max(most, std::abs(row.q[1]));
+    return most;
+  };
+  const double w = std::sqrt(square), half = std::numbers::pi / w;
+  CHECK(std::log(peak(0, half) / peak(4 * half, 5 * half)) == Approx(2 * half * square * tau).epsilon(0.05));
+}
+
+TEST_CASE("sections of a beam have the forces and moments of statics", "[beams]") {
+  // N = H and Q = P along the strip, M = P (L − x) about the small deflection; strain at the clamp on the left side.
+  const double H = 20, P = 0.01;
+  const auto text = strip("") + test::force("f", "tip", {H, P}) +
+                    "[instruments.gauge]\ntype = \"strain-gauge\"\nbeam = \"strip\"\nplace = 0.0\noffset = 2.5e-3\n"
+                    "bandwidth = 1000\nsampling = 5000\n" +
+                    test::run_for(0.02) + "start = \"equilibrium\"\n";
+  for (const auto& way : {test::event_driven, test::fixed_steps(1e-3), test::penalty}) {
+    CAPTURE(way.name);
+    const auto scene = test::scene_by(way, text);
+    Simulation simulation(scene, test::name_of(way.family));
+    test::LastForces forces;
+    test::Listener gauge;
+    double strain = 0;
+    gauge.on_sample = [&](std::size_t, double, double value) { strain = value; };
+    test::finished(simulation, {&forces, &gauge});
+    const double shortened = P * 0.125 / (3 * EI);  // deflection of the tip, on which H acts
+    for (int n = 0; n <= 8; ++n) {
+      CAPTURE(n);
+      const auto at = std::ranges::find(forces.elements, fmt::format("strip-{}", n + 1), &ForceElement::name);
+      REQUIRE(at != forces.elements.end());
+      const auto& f = forces.now.elements[static_cast<std::size_t>(at - forces.elements.begin())];
+      const double arm = 0.5 - n * 0.0625;
+      CHECK(f.fn == Approx(H).epsilon(1e-6));
+      CHECK(std::abs(f.bending - P * arm) < 2 * H * shortened + 1e-9);
+      CHECK(std::abs(f.ft - P) < H * 2 * shortened / 0.5 + 1e-9);
+    }
+    const auto& clamp = *std::ranges::find(forces.elements, "strip-1", &ForceElement::name);
+    const auto& f = forces.now.elements[static_cast<std::size_t>(&clamp - forces.elements.data())];
+    CHECK(strain == Approx(f.fn / EA - 2.5e-3 * f.bending / EI).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("forces of beams balance the motion of their pieces", "[beams]") {
+  // Newton's and Euler's equations of each piece by the recorded forces, and momentum by their impulses.
+  const auto text =
+      test::body("a", 0.3, 1e-4, "position = [0.0, 0.0]\nangle = 0.0\nvelocity = [0.0, 1.0]\nangular_velocity = 3.0\n") +
+      test::body("b", 0.2, 1e-4, "position = [0.5, 0.0]\nangle = 0.0\nvelocity = [0.2, -1.0]\n") +
+      "[beams.rod]\nbetween = [\"a\", \"b\"]\nat = [[0.01, 0.02], [-0.02, 0.0]]\nlength = 0.47\nelements = 4\n"
+      "young = 1e8\ndensity = 1000\nsection = \"rectangle\"\nwidth = 0.01\nheight = 0.01\ndamping = 1e-4\n" +
+      test::run_for(0.05);
+  for (const auto& way : {test::event_driven, test::penalty, test::fixed_steps(1e-5), test::fixed_steps(2e-3)}) {
+    CAPTURE(way.name, way.step);
+    const auto scene = test::scene_by(way, text);
+    Simulation simulation(scene, test::name_of(way.family));
+    verification::BalanceWatch watch(scene.mechanism, way.fixed(), 0.01, 1);
+    test::finished(simulation, {&watch});
+    CHECK(watch.linear() < 1e-9);
+    CHECK(watch.angular() < 1e-9);
+  }
+}
