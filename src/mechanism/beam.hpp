@@ -106,8 +106,8 @@ struct Beam {
   }
   /// Share of the length at the middle of piece n, counted from 0.
   double middle(int n) const { return (n + 0.5) / elements; }
-  /// s²/m⁴, greatest ρA/EI along the beam: a bending wave of the angular frequency ω has the wave number k = (ω² ρA/EI)^¼. Concentrated masses
-  /// raise its frequency by (k l)²/24 of its value.
+  /// s²/m⁴, greatest ρA/EI along the beam: a bending wave of the angular frequency ω has the wave number
+  /// k = (ω² ρA/EI)^¼. Rigid pieces lower its frequency by (k l)²/24 of its value.
   double wave_factor() const {
     double most = density * section_area() / (young * section_moment());
     for (const auto& row : sections)
