@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "cli/command_line.hpp"
@@ -139,8 +141,12 @@ int list_units() {
 void beams(const Mechanism& m) {
   for (const auto& beam : m.beams) {
     const double hertz = 1 / (2 * std::numbers::pi);
-    fmt::print("{}", wrapped(fmt::format("\n  beam {}: {} pieces of {:.4g} mm and {:.4g} kg\n", beam.name,
-                                         beam.elements, 1e3 * beam.piece(), beam.body(0).mass),
+    double least = INFINITY, most = 0;
+    for (int n = 0; n < beam.elements; ++n)
+      least = std::min(least, beam.body(n).mass), most = std::max(most, beam.body(n).mass);
+    fmt::print("{}", wrapped(fmt::format("\n  beam {}: {} pieces of {:.4g} mm and {:.4g}{} kg\n", beam.name,
+                                         beam.elements, 1e3 * beam.piece(), least,
+                                         most > least ? fmt::format(" to {:.4g}", most) : ""),
                              4));
     fmt::print("    bending: up to {:.4g} Hz with an error of at most 1 % of the frequency\n",
                hertz * beam.resolved());

@@ -7,12 +7,14 @@
 // those of the midpoint rule: errors of frequencies are of second order in l. The bodies at the ends keep their mass.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "mechanism/body.hpp"
 #include "mechanism/elements/beam_element.hpp"
@@ -43,10 +45,12 @@ struct Beam {
   Section section = Section::given;                ///< shape
   double area = 0;                                 ///< m², if given
   double second_moment = 0;                        ///< m⁴, if given
-  double width = 0;               ///< m, of a rectangle, perpendicular to the plane of motion
-  double height = 0;              ///< m, of a rectangle, in the plane of motion
-  double diameter = 0;            ///< m, of a circle or a tube, outside
-  double wall = 0;                ///< m, of a tube
+  double width = 0;     ///< m, of a rectangle, perpendicular to the plane of motion
+  double height = 0;    ///< m, of a rectangle, in the plane of motion
+  double diameter = 0;  ///< m, of a circle or a tube, outside
+  double wall = 0;      ///< m, of a tube
+  /// in place of these sizes: where a section begins, as a share of the length, and its sizes in their order
+  std::vector<std::vector<double>> sections = {};
   double shear_modulus = 0;       ///< Pa; 0: rigid in shear (Euler–Bernoulli)
   double shear_factor = 5.0 / 6;  ///< shear area over area
   double curvature = 0;           ///< 1/m, unloaded
@@ -57,36 +61,59 @@ struct Beam {
   double piece() const { return length / elements; }
   /// Whether an end, 0 or 1, is fastened to nothing.
   bool is_free(std::size_t end) const { return between[end] == free_end; }
-  /// m²
-  double section_area() const {
+  /// Sizes of the section at a share of the length, in the order of its keys.
+  std::array<double, 2> sizes(double share) const {
+    for (auto row = sections.rbegin(); row != sections.rend(); ++row)
+      if ((*row)[0] <= share) return {(*row)[1], row->back()};
     switch (section) {
       case Section::rectangle:
-        return width * height;
+        return {width, height};
       case Section::circle:
-        return std::numbers::pi / 4 * diameter * diameter;
       case Section::tube:
-        return std::numbers::pi * wall * (diameter - wall);
+        return {diameter, wall};
       default:
-        return area;
+        return {area, second_moment};
     }
   }
-  /// m⁴, second moment of area.
-  double section_moment() const {
+  /// m², at a share of the length.
+  double section_area(double share = 0) const {
+    const auto [a, b] = sizes(share);
+    switch (section) {
+      case Section::rectangle:
+        return a * b;
+      case Section::circle:
+        return std::numbers::pi / 4 * a * a;
+      case Section::tube:
+        return std::numbers::pi * b * (a - b);
+      default:
+        return a;
+    }
+  }
+  /// m⁴, second moment of area at a share of the length.
+  double section_moment(double share = 0) const {
     const auto disc = [](double d) { return std::numbers::pi / 64 * d * d * d * d; };
+    const auto [a, b] = sizes(share);
     switch (section) {
       case Section::rectangle:
-        return width * height * height * height / 12;
+        return a * b * b * b / 12;
       case Section::circle:
-        return disc(diameter);
+        return disc(a);
       case Section::tube:
-        return disc(diameter) - disc(diameter - 2 * wall);
+        return disc(a) - disc(a - 2 * b);
       default:
-        return second_moment;
+        return b;
     }
   }
-  /// s²/m⁴, ρA/EI: a bending wave of the angular frequency ω has the wave number k = (ω² ρA/EI)^¼. Concentrated masses
+  /// Share of the length at the middle of piece n, counted from 0.
+  double middle(int n) const { return (n + 0.5) / elements; }
+  /// s²/m⁴, greatest ρA/EI along the beam: a bending wave of the angular frequency ω has the wave number k = (ω² ρA/EI)^¼. Concentrated masses
   /// raise its frequency by (k l)²/24 of its value.
-  double wave_factor() const { return density * section_area() / (young * section_moment()); }
+  double wave_factor() const {
+    double most = density * section_area() / (young * section_moment());
+    for (const auto& row : sections)
+      most = std::max(most, density * section_area(row[0]) / (young * section_moment(row[0])));
+    return most;
+  }
   /// (k l)² of an error of 1 %.
   static constexpr double resolved_square = 0.24;
   /// rad/s, up to which bending waves have an error of at most 1 %.
@@ -103,9 +130,9 @@ struct Beam {
   Body body(int n) const {
     Body b;
     b.name = piece_name(n + 1);
-    const double l = piece(), mass = density * section_area() * l;
+    const double l = piece(), mass = density * section_area(middle(n)) * l;
     b.mass = mass;
-    b.inertia = mass * l * l / 12 + density * section_moment() * l;
+    b.inertia = mass * l * l / 12 + density * section_moment(middle(n)) * l;
     b.made = true;
     return b;
   }
@@ -118,9 +145,13 @@ struct Beam {
     x.at = {begins ? at[0] : Vec2{}, ends ? at[1] : Vec2{}};
     x.angles = {begins ? angles.x() : 0, ends ? angles.y() : 0};
     x.length = (begins || ends ? 0.5 : 1) * piece();
-    x.axial = young * section_area();
-    x.bending = young * section_moment();
-    x.shear = shear_modulus * shear_factor * section_area();
+    // Of a constant section with the mean compliance of both halves.
+    const double a = middle(std::max(n - 1, 0)), b = middle(std::min(n, elements - 1));
+    const auto mean = [](double p, double q) { return 2 * p / (1 + p / q); };
+    const double effective = mean(section_area(a), section_area(b));
+    x.axial = young * effective;
+    x.bending = young * mean(section_moment(a), section_moment(b));
+    x.shear = shear_modulus * shear_factor * effective;
     x.curvature = curvature;
     x.damping = damping;
     x.section = begins ? -0.5 : ends ? 0.5 : 0;
@@ -147,18 +178,29 @@ struct Beam {
     k.need({"young", "Pa", "Young's modulus, > 0"}, x.young, positive);
     k.need({"density", "kg/m³", "> 0"}, x.density, positive);
     k.choose({"section", "", ""}, x.section);
-    if (k.when(x.section == Beam::Section::given, {"area", "second_moment"}, "needs section = \"given\"")) {
+    k.rows(
+        {"sections", "",
+         "in place of one section: rows [from, ...] of the share of the length where a section begins, the first 0, "
+         "and its area and second_moment, width and height, diameter, or diameter and wall"},
+        x.section_units(), x.sections);
+    const auto wrong = x.wrong_sections();
+    k.check(wrong.empty(), "sections", wrong);
+    const bool one = x.sections.empty();
+    if (k.when(one && x.section == Beam::Section::given, {"area", "second_moment"},
+               "needs section = \"given\" without sections")) {
       k.need({"area", "m²", "of the section, > 0"}, x.area, positive);
       k.need({"second_moment", "m⁴", "second moment of area of the section, > 0"}, x.second_moment, positive);
     }
-    if (k.when(x.section == Beam::Section::rectangle, {"width", "height"}, "needs section = \"rectangle\"")) {
+    if (k.when(one && x.section == Beam::Section::rectangle, {"width", "height"},
+               "needs section = \"rectangle\" without sections")) {
       k.need({"width", "m", "rectangle: perpendicular to the plane of motion, > 0"}, x.width, positive);
       k.need({"height", "m", "rectangle: in the plane of motion, > 0"}, x.height, positive);
     }
-    if (k.when(x.section == Beam::Section::circle || x.section == Beam::Section::tube, {"diameter"},
-               "needs section = \"circle\" or \"tube\""))
+    if (k.when(one && (x.section == Beam::Section::circle || x.section == Beam::Section::tube), {"diameter"},
+               "needs section = \"circle\" or \"tube\" without sections"))
       k.need({"diameter", "m", "circle or tube: outside, > 0"}, x.diameter, positive);
-    if (k.when(x.section == Beam::Section::tube, {"wall"}, "needs section = \"tube\"")) {
+    if (k.when(one && x.section == Beam::Section::tube, {"wall"},
+               "needs section = \"tube\" without sections")) {
       k.need({"wall", "m", "tube: thickness, > 0"}, x.wall, positive);
       k.check(2 * x.wall <= x.diameter, "wall", "must be at most half of the diameter");
     }
@@ -182,6 +224,27 @@ struct Beam {
   }
 
  private:
+  /// Units of a row of `sections`.
+  std::vector<std::string_view> section_units() const {
+    if (section == Section::given) return {"", "m²", "m⁴"};
+    if (section == Section::circle) return {"", "m"};
+    return {"", "m", "m"};
+  }
+  /// Why `sections` are invalid; empty if they are valid.
+  std::string wrong_sections() const {
+    double last = -1;
+    for (const auto& row : sections) {
+      if (row.size() != section_units().size())
+        return "must have rows of the share of the length and all sizes";
+      if (last < 0 ? row[0] != 0 : !(row[0] > last && row[0] < 1))
+        return "must begin at ascending shares of the length, the first 0, the others less than 1";
+      if (!(row[1] > 0 && row.back() > 0)) return "must have sizes greater than 0";
+      if (section == Section::tube && 2 * row[2] > row[1])
+        return "must have walls of at most half of the diameter";
+      last = row[0];
+    }
+    return "";
+  }
   /// τ = 2ζ/ω
   void read_damping_ratio(auto& section) {
     constexpr const char *key = "damping_ratio", *other = "damping_frequency";

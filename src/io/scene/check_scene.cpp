@@ -85,6 +85,9 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
     all(key, points);
     if (!points.empty()) wall(key.name, points);
   }
+  void rows(const Key& key, const auto&, const std::vector<std::vector<double>>& rows) const {
+    for (const auto& row : rows) numbers(key, row);
+  }
   void groups(const Key& key, const std::vector<int>& list) const {
     std::vector<int> touched;
     for (const int g : list)

@@ -113,6 +113,7 @@ class KeysList {
   bool when_given(std::string_view) const { return true; }
   void check(bool, std::string_view, const auto&...) const {}
   void names(const Key& key, std::vector<std::string>&) { add(key, "names", "[]"); }
+  void rows(const Key& key, const auto&, auto&) { add(key, "numbers", "–"); }
   void texts(const Key& key, auto&) { add(key, "table", "–"); }
   void axis_of(const Key& key, std::size_t&, std::size_t) { add(key, "text", "required"); }
   void together(std::initializer_list<TypedKey> keys, auto&, const auto&) {

@@ -240,6 +240,10 @@ class SectionReader {
   void names(const Key& key, std::vector<std::string>& x) {
     if (s_.has(key.name)) x = s_.names(key.name);
   }
+  /// A list of rows of numbers in these units; may be absent.
+  void rows(const Key& key, const std::vector<std::string_view>& units, std::vector<std::vector<double>>& x) {
+    if (s_.has(key.name)) x = s_.rows(key.name, units);
+  }
   /// One value that several keys can give. `read` fills x from the section.
   void together(std::initializer_list<TypedKey>, auto& x, const auto& read) { read(s_, x); }
   /// A value of another type, called `type` in the documentation. `read` takes it from the section.

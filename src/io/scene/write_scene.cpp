@@ -77,6 +77,11 @@ class KeysWriter : public SceneVisitor<KeysWriter> {
     for (const auto& p : points) all += (all.empty() ? "" : ", ") + shown(p);
     if (!points.empty()) raw(key.name, fmt::format("[{}]", all));
   }
+  void rows(const Key& key, const auto&, const std::vector<std::vector<double>>& rows) {
+    std::string all;
+    for (const auto& row : rows) all += (all.empty() ? "" : ", ") + toml_numbers(row);
+    if (!rows.empty()) raw(key.name, fmt::format("[{}]", all));
+  }
   void groups(const Key& key, const std::vector<int>& list) {
     std::string names;
     for (const int g : list)

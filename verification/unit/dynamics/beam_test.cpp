@@ -415,3 +415,63 @@ TEST_CASE("a damping ratio at a frequency is that of a mode there", "[beams]") {
                               {"damping = 1\ndamping_ratio = 0.1\ndamping_frequency = 1\n", "determined by"},
                               {"damping_ratio = -1\ndamping_frequency = 1\n", "0 or greater"}});
 }
+
+TEST_CASE("sections along a beam deflect as the integral of M x/EI", "[beams]") {
+  // Cantilevers of 1 m with a force P at the end, EI₀ = 1 N m². With the half EI beyond the middle,
+  // ∫ P (1 − x)²/EI dx = P (1 − 1/8)/3 + 2 P/(8 · 3); with EI = EI₀ (1 − x/2), P (2 ln 2 − 1).
+  const double load = 1e-6;
+  const auto text = [](int elements, const std::string& sections) {
+    return fmt::format(
+        "[beams.rod]\nbetween = [\"ground\", \"tip\"]\nlength = 1\nelements = {}\nyoung = 1e5\ndensity = 2\n"
+        "sections = [{}]\n",
+        elements, sections);
+  };
+  const auto deflection = [&](int elements, const std::string& sections) {
+    const auto scene = parse_scene(
+        light("tip", 1) + text(elements, sections) + test::force("f", "tip", {0, load}) + test::run_for(1),
+        "beam");
+    CHECK(same_facts(parse_scene(to_toml(scene), "again"), scene));
+    const System system(scene.mechanism);
+    const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+    return find_equilibrium(scene.mechanism, system, from.q, {}).state.q[1] / load;
+  };
+  const std::string step = "[0, 1, 1e-5], [0.5, 0.5, 5e-6]";
+  const std::vector<double> lengths{1.0 / 4, 1.0 / 8, 1.0 / 16};
+  test::check_order(
+      lengths,
+      [&](double h) { return std::abs(deflection(static_cast<int>(1 / h), step) - (7.0 / 24 + 2.0 / 24)); },
+      1.9, 2.1);
+  test::check_order(
+      lengths,
+      [&](double h) {
+        const int elements = static_cast<int>(1 / h);
+        std::string rows;
+        for (int n = 0; n < elements; ++n)
+          rows += fmt::format("{}[{}, 1, {}]", n == 0 ? "" : ", ", n * h, 1e-5 * (1 - 0.5 * (n + 0.5) * h));
+        return std::abs(deflection(elements, rows) - (2 * std::numbers::ln2 - 1));
+      },
+      1.8, 2.2);
+
+  // Masses by the density of 2 kg/m³; greatest ρA/EI; one number of the list varies alone.
+  auto scene = parse_scene(light("tip", 1) + text(4, step) + test::run_for(1), "beam");
+  const auto& m = scene.mechanism;
+  for (const std::size_t piece : {0, 1, 2, 3})
+    CHECK(m.bodies[1 + piece].mass == Approx(piece < 2 ? 0.5 : 0.25));
+  CHECK(m.beams[0].wave_factor() == Approx(2));
+  scene.set("beams.rod.sections[1][2]", 2e-6);
+  CHECK(scene.mechanism.beams[0].section_moment(0.75) == 2e-6);
+  CHECK(scene.mechanism.beams[0].section_moment(0.25) == 1e-5);
+  CHECK(scene.mechanism.beams[0].wave_factor() == Approx(5));
+
+  const auto said = [&](const std::string& rows) {
+    return test::refusal(light("tip", 1) + text(4, rows) + test::run_for(1));
+  };
+  test::check_messages(said, {{"[0.1, 1, 1]", "the first 0"},
+                              {"[0, 1, 1], [0, 1, 1]", "ascending shares"},
+                              {"[0, 1, 1], [1, 1, 1]", "less than 1"},
+                              {"[0, 1, 0]", "greater than 0"},
+                              {"[0, 1]", "list of 3 numbers"},
+                              {"[0, \"1 m\", 1]", "must be an area"},
+                              {"[0, 1, 1]]\narea = 1\n#", "without sections"},
+                              {"[0, 1, 0.6]]\nsection = \"tube\"\n#", "half of the diameter"}});
+}
