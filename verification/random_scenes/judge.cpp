@@ -84,7 +84,10 @@ bool Subject::alone() const {
            const auto* spring = std::get_if<SpringDamper>(&load);
            const auto* torsion = std::get_if<TorsionalSpringDamper>(&load);
            const auto inner = [](const std::array<int, 2>& b) { return b[0] != ground && b[1] != ground; };
-           return spring ? inner(spring->between) : torsion && inner(torsion->between);
+           const auto* beam = std::get_if<BeamElement>(&load);
+           return spring ? inner(spring->between)
+                  : beam ? inner(beam->between)
+                         : torsion && inner(torsion->between);
          });
 }
 
