@@ -71,6 +71,7 @@ MoreauStepper::MoreauStepper(const System& system, const NonsmoothOptions& optio
       data_(system, facts),
       contacts_(system, restitution, step),
       films_(system),
+      extra_forces_(films_.any() || data_.elastic),
       responses_(system, contact_rows(system), many_contacts(system, films_)),
       problem_(data_, options, contact_rows(system), responses_.many(), films_.any()),
       correction_(data_, options.lcp_tolerance, responses_.many()),
@@ -140,7 +141,7 @@ bool MoreauStepper::evaluate_middle() {
   system.place(d.t_old + 0.5 * h, d.q_mid.data(), d.middle);
   if (system.has_motions()) system.step_motions(d.t_old, d.t, d.middle);
   system.rate(d.q_mid.data(), d.v_old.data(), d.middle);
-  if (d.elastic()) stiffen();
+  if (d.elastic) stiffen();
   contacts_.look_at_rows(d, responses_);
   ++d.totals.work.steps;
   ++d.totals.work.factorisations;
@@ -206,8 +207,10 @@ bool MoreauStepper::solve_step() {
     return problem_.solve(d, contacts_, responses_, films_) && (!implicit || settle_mean_velocity());
   if (d.system.has_velocity_flows()) d.z_old = d.z;
   if (!advance_states(d.v_old.data()) || !solve_velocities(d.v_old.data())) return false;
-  if (implicit && !settle_mean_velocity()) return false;
-  if (films_.any()) films_.finish(d.v_old.data(), d.v.data());
+  if (implicit) {
+    if (!settle_mean_velocity()) return false;
+    if (films_.any()) films_.finish(d.v_old.data(), d.v.data());
+  }
   advance_positions();
   return true;
 }
@@ -293,7 +296,7 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
   const Sweep sweep{h, d.v_old.data(), v_force};
   d.system.forces(d.t_old + 0.5 * h, d.q_mid.data(), v_force, d.z_mid.data(), d.middle, {&sweep});
   terms().sides(h, d.v_old.data(), d.force.data(), d.r.data());
-  if (d.elastic()) add_elastic(v_force);
+  if (d.elastic) add_elastic(v_force);
   using Multipliers = SaddlePoint::Multipliers;
   d.saddle.solve(d.force.data(), d.r.data(), d.v.data(), d.lambda.data(),
                  problem_.late_multipliers() ? Multipliers::kept : Multipliers::all);
@@ -302,9 +305,10 @@ bool MoreauStepper::solve_velocities(const double* v_force) {
         "t = {:.9g} s: dependent constraints cannot be satisfied: a singular position such as a change "
         "point (start beside it), or redundant joints on unequal masses",
         d.t_old));
-  if (d.elastic())
-    for (int c = 0; c < d.system.n(); ++c) d.v[c] += d.v_old[c];
-  if (films_.any()) films_.resist(d.v.data(), d.lambda.data());
+  if (extra_forces_) {
+    for (int c = 0; d.elastic && c < d.system.n(); ++c) d.v[c] += d.v_old[c];
+    if (films_.any()) films_.resist(d.v.data(), d.lambda.data());
+  }
   return problem_.solve(d, contacts_, responses_, films_);
 }
 

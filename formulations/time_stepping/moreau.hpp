@@ -193,6 +193,7 @@ class MoreauStepper {
   StepData data_;
   ContactSet contacts_;
   FilmStep films_;
+  bool extra_forces_;  // films or elastic rows
   ImpulseResponses responses_;
   StepProblem problem_;
   MeanVelocity mean_;

@@ -44,7 +44,6 @@ struct RunTotals {
 struct StepData {
   StepData(const System& system, RowFacts facts);
 
-  bool elastic() const { return !strain_rows.empty(); }
   double length() const { return t - t_old; }
   bool smooth() const { return reach == StepReach::closed; }
   bool fail(std::string why) {
@@ -54,6 +53,7 @@ struct StepData {
 
   const System& system;
   SaddlePoint saddle;           // factorised at q_mid; by EndRates at q
+  bool elastic;            // whether there are elastic rows
   std::vector<double> strain_rows, compliance;  // B at q_mid and Σ, of System::elastic()
   Evaluation middle, end;       // evaluated at (q_mid, t_old + h/2) and at (q, t)
   std::vector<double> q, v, z;  // at the end; z: first-order states of elements

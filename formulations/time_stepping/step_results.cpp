@@ -177,7 +177,7 @@ void StepForces::collect(StepData& s, const ContactSet& contacts, const StepProb
   const Sweep sweep{h, s.v_old.data(), s.v_mean.data()};
   system.report().loads(s.t_old + 0.5 * h, q, s.v_mean.data(), s.z_mid.data(), s.middle, h, smooth_,
                         {&sweep});
-  if (!s.elastic()) return;
+  if (!s.elastic) return;
   for (int i = 0; i < n; ++i) s.dq[i] = 0.25 * h * (s.v[i] - s.v_old[i]);
   system.report().elastic(q, s.middle, s.dq.data(), h, smooth_);
 }

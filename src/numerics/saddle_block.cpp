@@ -183,6 +183,7 @@ struct SaddleBlock::Klu {
 SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, SolvePath path, bool redundant)
     : G_(G),
       mass_(mass.begin(), mass.end()),
+      taken_(G.column.size()),
       dense_(path == SolvePath::dense || (path == SolvePath::automatic && G.rows <= dense_rows)),
       redundant_(redundant),
       previous_(G.rows) {
@@ -210,18 +211,35 @@ SaddleBlock::SaddleBlock(std::span<const double> mass, const CsrPattern& G, Solv
 SaddleBlock::~SaddleBlock() = default;
 SaddleBlock::SaddleBlock(SaddleBlock&&) noexcept = default;
 
-void SaddleBlock::set_compliance(std::span<const double> of_last_rows) {
+/// Σ enters S as squares of further values with the mobility 1.
+void SaddleBlock::make_elastic(int rows) {
+  taken_ = static_cast<std::size_t>(G_.begin[G_.rows - rows]);
   compliance_.assign(static_cast<std::size_t>(G_.rows), 0);
-  std::copy(of_last_rows.begin(), of_last_rows.end(), compliance_.end() - std::ssize(of_last_rows));
+  if (!dense_) return;
+  const int one = static_cast<int>(inverse_mass_.size());
+  inverse_mass_.push_back(1);
+  own_.mobility = inverse_mass_;
+  for (int k = G_.rows - rows; k < G_.rows; ++k) {
+    const int e = static_cast<int>(values_.size());
+    values_.push_back(0);
+    products_.push_back({k + k * G_.rows, e, e, one});
+  }
+}
+
+void SaddleBlock::set_elastic(std::span<const double> values, std::span<const double> compliance) {
+  std::ranges::copy(values, values_.begin() + static_cast<std::ptrdiff_t>(taken_));
+  std::ranges::copy(compliance, compliance_.end() - std::ssize(compliance));
+  if (dense_)
+    std::ranges::transform(compliance, values_.end() - std::ssize(compliance), [](double x) { return std::sqrt(x); });
 }
 
 bool SaddleBlock::factor(const double* G_values) {
-  std::copy_n(G_values, values_.size(), values_.begin());
+  std::copy_n(G_values, taken_, values_.begin());
   return factor_taken();
 }
 
 bool SaddleBlock::factor_at(const double* G_values, const int* entries) {
-  for (std::size_t e = 0; e < values_.size(); ++e) values_[e] = G_values[entries[e]];
+  for (std::size_t e = 0; e < taken_; ++e) values_[e] = G_values[entries[e]];
   return factor_taken();
 }
 
@@ -240,7 +258,6 @@ bool SaddleBlock::factor_dense() {
     const double *value = values_.data(), *mobility = inverse_mass_.data();
     std::fill_n(S, S_.size(), 0.0);
     for (const auto& p : products_) S[p.entry] += value[p.e1] * value[p.e2] * mobility[p.c];
-    for (std::size_t k = 0; k < compliance_.size(); ++k) S[k * (compliance_.size() + 1)] += compliance_[k];
   };
   if (G_.rows == 0) return true;
   assemble();

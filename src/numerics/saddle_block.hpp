@@ -47,8 +47,10 @@ class SaddleBlock {
   SaddleBlock(SaddleBlock&&) noexcept;
   SaddleBlock(const SaddleBlock&) = delete;
 
-  /// Σ of the last rows, from the next factorisation on; those before them are rigid.
-  void set_compliance(std::span<const double> of_last_rows);
+  /// Makes the last rows elastic: factorisations do not read their entries of G from outside any more.
+  void make_elastic(int rows);
+  /// Their values and Σ, from the next factorisation on.
+  void set_elastic(std::span<const double> values, std::span<const double> compliance);
   /// Factorises with new values of G. Returns false if that is impossible (values not finite).
   [[nodiscard]] bool factor(const double* G_values);
   /// factor() for a block whose values are at `entries` of a larger array.
@@ -115,6 +117,7 @@ class SaddleBlock {
 
   const CsrPattern G_;
   std::vector<double> mass_, inverse_mass_, values_;
+  std::size_t taken_ = 0;           // entries of G from outside
   std::vector<double> compliance_;  // Σ of all rows; empty: 0
   bool dense_, redundant_, proximal_ = false, converged_ = true;
   bool lossy_ = false;  // whether a pivot of the last factorisation lost more than six digits

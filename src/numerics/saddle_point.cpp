@@ -62,10 +62,12 @@ SaddlePoint::SaddlePoint(std::span<const double> mass, const CsrPattern& G, Solv
     all.column.insert(all.column.end(), B->column.begin() + B->begin[k], B->column.begin() + B->begin[k + 1]);
     all.end_row();
   }
-  elastic_values_.resize(all.column.size());
   elastic_r_.resize(static_cast<std::size_t>(all.rows));
   elastic_lambda_.resize(static_cast<std::size_t>(all.rows));
   make_parts(mass, all, path);
+  for (auto& part : parts_)
+    if (const auto rows = std::ranges::count_if(part.at.rows, [&](int k) { return k >= G.rows; }); rows > 0)
+      part.block.make_elastic(static_cast<int>(rows));
 }
 
 void SaddlePoint::make_parts(std::span<const double> mass, const CsrPattern& G, SolvePath path) {
@@ -134,21 +136,21 @@ void SaddlePoint::make_parts(std::span<const double> mass, const CsrPattern& G, 
 }
 
 void SaddlePoint::set_elastic(std::span<const double> values, std::span<const double> compliance) {
-  std::ranges::copy(values, elastic_values_.end() - std::ssize(values));
-  std::vector<double> own;
   for (auto& part : parts_) {
-    own.clear();
+    elastic_values_.clear();
+    elastic_r_.clear();
     for (const int k : part.at.rows)
-      if (k >= static_cast<int>(rows_)) own.push_back(compliance[static_cast<std::size_t>(k) - rows_]);
-    if (!own.empty()) part.block.set_compliance(own);
+      if (k >= static_cast<int>(rows_)) elastic_r_.push_back(compliance[static_cast<std::size_t>(k) - rows_]);
+    if (elastic_r_.empty()) continue;
+    for (const int e : part.entries)
+      if (e >= static_cast<int>(G_values_.size()))
+        elastic_values_.push_back(values[static_cast<std::size_t>(e) - G_values_.size()]);
+    part.block.set_elastic(elastic_values_, elastic_r_);
   }
+  elastic_r_.assign(elastic_lambda_.size(), 0);
 }
 
 bool SaddlePoint::factor(const double* G_values) {
-  if (elastic_) {
-    std::copy_n(G_values, G_values_.size(), elastic_values_.begin());
-    return factor_blocks(elastic_values_.data());
-  }
   compiled_ = functions_ && functions_->factor && factor_compiled(G_values);
   return compiled_ || factor_blocks(G_values);
 }
@@ -272,18 +274,18 @@ void SaddlePoint::solve(const double* f, const double* r, double* a, double* lam
     (r ? functions_->solve : functions_->respond)(functions_->constants, in, out);
     return;
   }
-  use_blocks();
-  double* const out = lambda;
-  if (elastic_) {
-    if (r) std::copy_n(r, rows_, elastic_r_.begin());
-    r = r ? elastic_r_.data() : nullptr;
-    lambda = elastic_lambda_.data();
-  }
+  if (elastic_) return solve_elastic(f, r, a, lambda);
   r = know(r, a);
   for (const int c : free_columns_) a[c] = f ? f[c] * inverse_mass_[c] : 0;
   for (auto& part : parts_) solve_part(part, f, r, a, lambda);
-  if (elastic_) std::copy_n(lambda, rows_, out);
   if (which == Multipliers::all) finish(f, a, lambda);
+}
+
+void SaddlePoint::solve_elastic(const double* f, const double* r, double* a, double* lambda) {
+  if (r) std::copy_n(r, rows_, elastic_r_.begin());
+  for (const int c : free_columns_) a[c] = f ? f[c] * inverse_mass_[c] : 0;
+  for (auto& part : parts_) solve_part(part, f, r ? elastic_r_.data() : nullptr, a, elastic_lambda_.data());
+  std::copy_n(elastic_lambda_.begin(), rows_, lambda);
 }
 
 void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double factor, double* a,
@@ -303,12 +305,13 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     functions_->respond(functions_->constants, in, out);
     return clear();
   }
-  use_blocks();
-  double* const out = lambda;
-  if (elastic_) lambda = elastic_lambda_.data();
-  std::fill_n(a, part_of_column_.size(), 0.0);
   row.add_to(whole, 1);
   if (beside) beside->add_to(whole, factor);
+  if (elastic_) {
+    solve_elastic(whole, nullptr, a, lambda);
+    return clear();
+  }
+  std::fill_n(a, part_of_column_.size(), 0.0);
   int done[2 * SparseRow::max_size];
   int number = 0;
   const auto is_done = [&](int p) { return std::find(done, done + number, p) != done + number; };
@@ -329,7 +332,6 @@ void SaddlePoint::respond(const SparseRow& row, const SparseRow* beside, double 
     if (!is_done(p))
       for (const int k : parts_[p].at.rows) lambda[k] = 0;
   for (const auto& x : fixed_) a[x.column] = 0;
-  if (elastic_) std::copy_n(lambda, rows_, out);
   if (which == Multipliers::all) finish(whole, a, lambda);
   clear();
 }

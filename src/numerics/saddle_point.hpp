@@ -184,6 +184,7 @@ class SaddlePoint {
   void use_blocks();
   void make_parts(std::span<const double> mass, const CsrPattern& G, SolvePath path);
   void find_fixed(std::span<const double> mass, const CsrPattern& G);
+  void solve_elastic(const double* f, const double* r, double* a, double* lambda);
   const double* know(const double* r, double* a);
   void solve_part(Part& part, const double* f, const double* r, double* a, double* lambda);
 
@@ -204,7 +205,7 @@ class SaddlePoint {
   RowFacts facts_;
   std::size_t rows_ = 0;        // of G
   bool elastic_ = false;
-  std::vector<double> elastic_values_, elastic_r_, elastic_lambda_;  // of the rows of G and B
+  std::vector<double> elastic_values_, elastic_r_, elastic_lambda_;  // work vectors; the others of rows of G and B
   const SolveFunctions* functions_ = nullptr;
   bool compiled_ = false;                            // whether the factors in force are those of `functions_`
   std::vector<double> G_values_, factors_, ratios_;  // of compiled factors

@@ -235,6 +235,15 @@ void compliant(Draw& draw, Draft& out);
 /// Cams, driven or free, under faces and rollers.
 void cams(Draw& draw, Draft& out);
 ///@}
+/// @name Without a reference: beams (flexible.cpp)
+///@{
+/// Chains of bodies and beams in flight, hit by discs.
+void flying_beams(Draw& draw, Draft& out);
+/// The same on the ground, against walls, pegs and discs.
+void cantilevers(Draw& draw, Draft& out);
+/// Four-bars and slider-cranks with a beam as coupler, and sometimes as crank and rocker.
+void beam_loops(Draw& draw, Draft& out);
+///@}
 /// @name With a reference for every row: bodies on curves (moved.cpp)
 ///@{
 /// Balls on a table on a curve.

@@ -31,6 +31,9 @@ constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
                               {"cams", cams, 2},
                               {"toothed", toothed, 3},
                               {"stopped", stopped, 2},
+                              {"flying-beams", flying_beams, 1, Suite::flexible},
+                              {"cantilevers", cantilevers, 1, Suite::flexible},
+                              {"beam-loops", beam_loops, 1, Suite::flexible},
                               {"table", moved_table, 3, Suite::rows},
                               {"stop", moved_stop, 3, Suite::rows},
                               {"lever", moved_lever, 2, Suite::rows},
@@ -47,18 +50,22 @@ constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
 
 std::vector<Kind> selected(const std::string& selection) {
   std::vector<Kind> list;
-  const auto add = [&](Suite suite, const std::string& name) {
+  const auto add = [&](Suite suite, const std::string& name, const char* all) {
     for (const auto& k : all_kinds)
-      if (k.suite == suite && (name == "new" || name == k.name)) list.push_back(k);
+      if (k.suite == suite && (name == all || name == k.name)) list.push_back(k);
   };
-  if (selection.empty()) add(Suite::agreement, "new");
+  if (selection.empty()) add(Suite::agreement, "", "");
   std::istringstream in(selection);
   for (std::string name; std::getline(in, name, ',');) {
     const auto before = list.size();
-    add(Suite::rows, name);
+    add(Suite::rows, name, "new");
+    add(Suite::flexible, name, "flexible");
     if (list.size() == before)
-      throw std::invalid_argument(fmt::format("there is no kind of random scene \"{}\"; there are: new, {}",
-                                              name, fmt::join(kinds(Suite::rows), ", ")));
+      throw std::invalid_argument(
+          fmt::format("there is no kind of random scene \"{}\"; there are: new, {}, and flexible, {}", name,
+                      fmt::join(kinds(Suite::rows), ", "), fmt::join(kinds(Suite::flexible), ", ")));
+    if (list.back().suite != list.front().suite)
+      throw std::invalid_argument("flexible kinds of random scenes are not mixed with those of known rows");
   }
   return list;
 }
@@ -73,6 +80,12 @@ constexpr Way agreement_ways[] = {{"penalty", Family::penalty},
                                   {"moreau-jean", Family::nonsmooth, time_stepping, nullptr, true, true},
                                   {"chosen steps", Family::nonsmooth, chosen_steps, nullptr, false, true},
                                   {"automatic", Family::nonsmooth, automatic}};
+
+void implicit(Scene& s) { s.penalty.integrator = Integrator::rosenbrock4; }
+
+constexpr Way flexible_ways[] = {agreement_ways[0], {"rosenbrock4", Family::penalty, implicit},
+                                 agreement_ways[1], agreement_ways[2],
+                                 agreement_ways[3], agreement_ways[4]};
 
 template <class... More>
 std::string nonsmooth(const char* scheme, const More&... more) {
@@ -114,6 +127,7 @@ std::vector<std::string> kinds(Suite suite) {
 
 std::span<const Way> ways(Suite suite) {
   if (suite == Suite::rows) return rows_ways;
+  if (suite == Suite::flexible) return flexible_ways;
   return agreement_ways;
 }
 
@@ -133,8 +147,9 @@ RandomScene draw(std::uint64_t seed, int index, const std::string& selection) {
   kind->make(draw, draft);
   if (!known) draft.run(draw);
   // Names of the two sets, with which recorded scenes begin.
-  scene.text = fmt::format("format = {}\ntitle = \"{} {} of seed {}: {}\"\n{}", known ? 2 : 1,
-                           known ? "Random scene" : "Stranger", index, seed, scene.kind, scene.text);
+  const bool former = scene.suite == Suite::agreement;
+  scene.text = fmt::format("format = {}\ntitle = \"{} {} of seed {}: {}\"\n{}", former ? 1 : 2,
+                           former ? "Stranger" : "Random scene", index, seed, scene.kind, scene.text);
   return scene;
 }
 

@@ -84,7 +84,10 @@ bool Subject::alone() const {
            const auto* spring = std::get_if<SpringDamper>(&load);
            const auto* torsion = std::get_if<TorsionalSpringDamper>(&load);
            const auto inner = [](const std::array<int, 2>& b) { return b[0] != ground && b[1] != ground; };
-           return spring ? inner(spring->between) : torsion && inner(torsion->between);
+           const auto* beam = std::get_if<BeamElement>(&load);
+           return spring ? inner(spring->between)
+                  : beam ? inner(beam->between)
+                         : torsion && inner(torsion->between);
          });
 }
 
@@ -102,14 +105,19 @@ int chosen(const Subject& s, int of) {
 
 namespace {
 
+/// References of one scene, by the methods that make them.
+using References = std::map<const Way*, Reference>;
+
 /// Without a separate reference: against other runs, conservation, and the notes of the run.
-Verdict assess_by_checks(const RandomScene& scene, const Way& way,
-                         const std::function<void(Sight&)>& falsify) {
+Verdict assess_by_checks(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify,
+                         References& references) {
   Subject s{scene, scene_for(scene, way), way, {}, {}};
   try {
     // A run of zero length: whether contacts are closed at the start decides which checks apply.
     s.sight = look(s.scene, way, {.until = 0.0});
-    s.reference = make_reference(s.scene, best(s.scene, way, s.touching()));
+    const auto& by = best(s.scene, way, s.touching());
+    if (!references.contains(&by)) references[&by] = make_reference(s.scene, by);
+    s.reference = references.at(&by);
     LookRequest request{.forces = chosen(s, 4) == 0};
     if (s.reference.way) request.at = s.reference.at.t;
     s.sight = look(s.scene, way, request);
@@ -145,14 +153,16 @@ Verdict assess_by_checks(const RandomScene& scene, const Way& way,
 
 Verdict assess(const RandomScene& scene, const Way& way, const std::function<void(Sight&)>& falsify) {
   if (scene.suite == Suite::rows) return KnownRows(scene).assess(way, falsify);
-  return assess_by_checks(scene, way, falsify);
+  References references;
+  return assess_by_checks(scene, way, falsify, references);
 }
 
 void assess(const RandomScene& scene, std::span<const Way* const> by,
             const std::function<void(const Verdict&)>& seen) {
   KnownRows known(scene);
+  References references;
   for (const auto* way : by) try {
-      seen(scene.suite == Suite::rows ? known.assess(*way) : assess_by_checks(scene, *way, {}));
+      seen(scene.suite == Suite::rows ? known.assess(*way) : assess_by_checks(scene, *way, {}, references));
     } catch (const std::exception& e) {
       seen({Outcome::crashed, e.what()});
     }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dynamics/assembly/assembly.hpp"
 #include "verification/random_scenes/curve_scaling.hpp"
 #include "verification/random_scenes/numbers.hpp"
 
@@ -52,6 +53,18 @@ void flip(CamContact& c) {
 }
 
 }  // namespace
+
+Scene by_pieces(Scene scene) {
+  auto& m = scene.mechanism;
+  if (m.beams.empty()) return scene;
+  start_from(m, assemble(m, scene.run.start));
+  for (auto& b : m.bodies) b.made = false;
+  for (auto& load : m.loads)
+    if (auto* element = std::get_if<BeamElement>(&load)) element->made = false;
+  m.beams.clear();
+  scene.run.start = RunOptions::Start::given;
+  return scene;
+}
 
 Scene mirrored(Scene scene) {
   auto& m = scene.mechanism;
@@ -250,15 +263,16 @@ Scene nudged(Scene scene, double share, int which) {
     if (auto* d = std::get_if<TorqueDrive>(&drive))
       for (auto& point : d->table) near(point.second);
   for (auto& load : m.loads)
-    std::visit(Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
-                          [&](TorqueLoad& l) { near(l.torque); },
-                          [&](JointFriction& l) { near(l.reaction ? l.reaction->friction : *l.force); },
-                          [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
-                          [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
-                          [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
-                          [&](BeamElement& l) { near(l.bending), near(l.damping); },
-                          [&](auto& l) { near(l.stiffness), near(l.damping); }},
-               load);
+    std::visit(
+        Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
+                   [&](TorqueLoad& l) { near(l.torque); },
+                   [&](JointFriction& l) { near(l.reaction ? l.reaction->friction : *l.force); },
+                   [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
+                   [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
+                   [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
+                   [&](BeamElement& l) { near(l.bending), near(l.damping), near(l.axial), near(l.shear); },
+                   [&](auto& l) { near(l.stiffness), near(l.damping); }},
+        load);
   return scene;
 }
 

@@ -6,6 +6,10 @@
 
 namespace freeplay::verification::random_scenes {
 
+/// Its beams by pieces, as if these and their elements were stated, with their start; without beams the same
+/// scene. The other transformations do not change mechanism.beams.
+Scene by_pieces(Scene scene);
+
 /// Mirrored, x → −x: the same motion, mirrored.
 Scene mirrored(Scene scene);
 

@@ -13,7 +13,8 @@ const char* name_of(Outcome outcome, Suite suite) {
   constexpr const char* names[][outcomes] = {
       {"right", "degraded", "", "refused", "HUNG", "WRONG", "CRASHED"},
       {"right", "warned", "", "refused", "HUNG", "SILENT", "CRASHED"},
-      {"right", "doubted", "falsely doubted", "refused", "slow", "SILENT", "CRASHED"}};
+      {"right", "doubted", "falsely doubted", "refused", "slow", "SILENT", "CRASHED"},
+      {"right", "warned", "", "refused", "HUNG", "SILENT", "CRASHED"}};
   return names[static_cast<int>(suite)][static_cast<int>(outcome)];
 }
 

@@ -10,7 +10,8 @@ struct Result;
 
 namespace freeplay::verification::random_scenes {
 
-enum class Suite { map, agreement, rows };
+/// `flexible` has the checks of `agreement`, for mechanisms with beams.
+enum class Suite { map, agreement, rows, flexible };
 
 /// From best to worst; judgements.csv contains their numbers.
 enum class Outcome {

@@ -103,3 +103,67 @@ TEST_CASE("forces of beams balance the motion of their pieces", "[beams]") {
     CHECK(watch.angular() < 1e-9);
   }
 }
+
+namespace {
+
+/// The slider-crank of cases/flores2011 with a rod of 14.33 mm × 20 mm between two eyes, its modulus multiplied by
+/// `stiffer`; infinite: the rigid rod of the same masses. `gudgeon`: keys of the pin.
+std::string rig(double stiffer, const std::string& gudgeon, int elements = 6) {
+  const double L = 0.3, h = 14.33e-3, w = 20e-3, rho = 7850, A = h * w, I = w * h * h * h / 12, eye = 0.2275,
+               eye_inertia = 5e-5, rod = rho * A * L;
+  const auto frame = test::body("crank", 17.9, 0.460327) + test::body("slider", 1.013, 0.000772) +
+                     test::pin("main", "ground", "crank") + test::guide("guide", "ground", "slider") +
+                     test::motor("motor", "main", 20.94);
+  if (std::isinf(stiffer))
+    return frame +
+           test::body("rod", rod + 2 * eye,
+                      rod * L * L / 12 + rho * I * L + 2 * (eye * L * L / 4 + eye_inertia)) +
+           test::pin("big_end", "crank", "rod", {0.05, 0}, {-L / 2, 0}) +
+           test::pin("gudgeon", "rod", "slider", {L / 2, 0}, {}, gudgeon);
+  return frame + test::body("big_eye", eye, eye_inertia) + test::body("eye", eye, eye_inertia) +
+         test::pin("big_end", "crank", "big_eye", {0.05, 0}) + test::pin("gudgeon", "eye", "slider", {}, {}, gudgeon) +
+         fmt::format("[beams.rod]\nbetween = [\"big_eye\", \"eye\"]\nlength = {}\nelements = {}\nyoung = {}\n"
+                     "density = {}\nsection = \"rectangle\"\nwidth = {}\nheight = {}\n",
+                     L, elements, 207e9 * stiffer, rho, w, h);
+}
+
+}  // namespace
+
+TEST_CASE("a stiff rod tends to the rigid rod with the first order in 1/EI", "[beams]") {
+  // The angle of the rod's middle, in the mechanism without clearance.
+  for (const auto& way : {test::fixed_steps(1e-4), test::Way{"penalty", Family::penalty, {}, 0,
+                                                            {"penalty.integrator=\"rosenbrock4\""}}}) {
+    CAPTURE(way.name);
+    const auto angles = [&](double stiffer) {
+      const auto scene = test::scene_by(way, rig(stiffer, "") + test::run_for(0.05));
+      const auto& bodies = scene.mechanism.bodies;
+      const auto at = static_cast<std::size_t>(
+          std::ranges::find(bodies, std::isinf(stiffer) ? "rod" : "rod-3", &Body::name) - bodies.begin());
+      std::vector<double> list;
+      for (const auto& row : test::motion_rows(scene, way.family, 1e-3).rows) list.push_back(row.q[3 * at + 2]);
+      return list;
+    };
+    const auto rigid = angles(INFINITY);
+    const auto error = [&](double compliance) {
+      const auto bent = angles(1 / compliance);
+      double most = 0;
+      for (std::size_t i = 0; i < rigid.size(); ++i)
+        most = std::max(most, std::abs(std::remainder(bent[i] - rigid[i], 2 * std::numbers::pi)));
+      return most;
+    };
+    test::check_order({1, 0.25, 0.0625}, error, 0.8, 1.2);
+  }
+}
+
+TEST_CASE("the first impact of a stiff rod tends to that of the rigid rod", "[beams]") {
+  const auto pin = test::loose(0.25e-3, 11.125e-3);
+  const auto more = test::surface("s", 0.46) + test::run_for(0.03) + "start = \"ideal\"\n";
+  for (const auto& way : {test::event_driven, test::penalty}) {
+    CAPTURE(way.name);
+    const auto onset = [&](double stiffer) {
+      return test::touch(test::finished(way, rig(stiffer, pin, 4) + more), 0).t;
+    };
+    const double rigid = onset(INFINITY);
+    test::check_order({1, 0.25, 0.0625}, [&](double c) { return std::abs(onset(1 / c) - rigid); }, 0.7, 1.3);
+  }
+}

@@ -237,7 +237,7 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
 
 std::optional<std::string> mirror(Subject& s) {
   if (chosen(s, 3) != 0) return {};
-  return otherwise(s, mirrored(s.scene), 1, "in a mirror");
+  return otherwise(s, mirrored(by_pieces(s.scene)), 1, "in a mirror");
 }
 std::optional<std::string> units(Subject& s) {
   if (chosen(s, 3) != 1) return {};
@@ -249,12 +249,12 @@ std::optional<std::string> units(Subject& s) {
   for (const auto& b : s.scene.mechanism.bodies)
     fastest = std::max(fastest, b.velocity.value_or(Vec2{}).norm());
   while (fastest * u.length / u.time > 1e8) u.time *= 2;
-  return otherwise(s, rescaled(s.scene, u), u.time,
+  return otherwise(s, rescaled(by_pieces(s.scene), u), u.time,
                    fmt::format("lengths × {}, masses × {}, times × {}", u.length, u.mass, u.time).c_str());
 }
 std::optional<std::string> order(Subject& s) {
   if (chosen(s, 3) != 2) return {};
-  return otherwise(s, reordered(s.scene), 1, "in the opposite order");
+  return otherwise(s, reordered(by_pieces(s.scene)), 1, "in the opposite order");
 }
 
 std::optional<std::string> backwards(Subject& s) {

@@ -1,0 +1,62 @@
+// Random mechanisms with beams: the generator, and two hundred scenes by every scheme and integrator.
+#include "dynamics/assembly/assembly.hpp"
+#include "io/scene/write_scene.hpp"
+#include "verification/random_scenes/checks/checks.hpp"
+#include "verification/random_scenes/runner.hpp"
+#include "verification/random_scenes/transform.hpp"
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+using namespace freeplay::verification::random_scenes;
+
+TEST_CASE("random mechanisms with beams contain every kind, and beams, joints and contacts of all sorts",
+          "[random-scenes][beams]") {
+  std::set<std::string> seen;
+  std::string all;
+  for (int i = 0; i < 200; ++i) {
+    const auto drawn = draw(1, i, "flexible");
+    CAPTURE(i, drawn.text);
+    seen.insert(drawn.kind);
+    all += drawn.text;
+    const auto& beams = parse_scene(drawn.text, "random scene").mechanism.beams;
+    CHECK(beams.size() >= 1);
+    CHECK(beams.size() <= 3);
+  }
+  CHECK(seen.size() == kinds(Suite::flexible).size());
+  for (const char* word : {"\"rectangle\"", "\"circle\"", "\"tube\"", "second_moment", "shear_modulus",
+                           "curvature", "damping", "elements = 1\n", "elements = 8\n", "\"translational\"",
+                           "clearance", "\"plane\"", "\"discs\"", "speed =", "torque =", "gravity"}) {
+    CAPTURE(word);
+    CHECK(all.find(word) != all.npos);
+  }
+}
+
+TEST_CASE("the pieces of a beam stated by themselves begin as the beam, and transformations are undone",
+          "[random-scenes][beams]") {
+  for (int i = 0; i < 30; ++i) {
+    const auto scene = parse_scene(draw(2, i, "flexible").text, "random scene"), pieces = by_pieces(scene);
+    CAPTURE(i);
+    const auto a = assemble(scene.mechanism, scene.run.start),
+               b = assemble(pieces.mechanism, pieces.run.start);
+    for (std::size_t k = 0; k < a.q.size(); ++k) {
+      CHECK(std::abs(a.q[k] - b.q[k]) <= 1e-12 * (1 + std::abs(a.q[k])));
+      CHECK(std::abs(a.v[k] - b.v[k]) <= 1e-9 * (1 + std::abs(a.v[k])));
+    }
+    CHECK(same_facts(pieces, reordered(reordered(pieces))));
+    CHECK(same_facts(pieces, rescaled(rescaled(pieces, {8, 2, 0.25}), {0.125, 0.5, 4})));
+  }
+}
+
+TEST_CASE("two hundred random mechanisms with beams are correct, doubtful or refused in every method",
+          "[random-scenes][beams][long]") {
+  const test::TemporaryFolder folder;
+  const auto rows = judge_all({.seed = 17, .count = 200, .kinds = "flexible"}, folder.path(), {});
+  CHECK(rows.size() > 1000);
+  std::size_t refused = 0;
+  for (const auto& r : rows) {
+    INFO(r.index << " (" << r.kind << ", " << r.way << "): " << r.verdict.check << " " << r.verdict.detail);
+    CHECK_FALSE(is_defect(r.verdict.outcome, Suite::flexible));
+    refused += r.verdict.outcome == Outcome::refused;
+  }
+  CHECK(static_cast<double>(refused) <= 0.03 * static_cast<double>(rows.size()));
+}
