@@ -19,6 +19,7 @@
 #include "io/scene/key_rules.hpp"
 #include "io/scene/section.hpp"
 #include "mechanism/ground.hpp"
+#include "mechanism/instrument.hpp"
 #include "mechanism/mechanism.hpp"
 #include "mechanism/options.hpp"
 
