@@ -341,17 +341,37 @@ std::optional<State> stiff_start(const Mechanism& mechanism, RunOptions::Start s
   }
 }
 
+/// The start with full beams in place of reduced ones, whose pieces then take their shape. Stated states of pieces are
+/// closed to rounding.
+State reduced_start(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+                    const StopToken& stop) {
+  State s = assemble(with_full_beams(mechanism), start, assumed, stop);
+  place_beams(mechanism, s);
+  move_beams(mechanism, s);
+  if (std::ranges::none_of(mechanism.bodies,
+                           [](const Body& b) { return b.made && (b.position || b.velocity); }))
+    return s;
+  const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
+  Closing(mechanism, system, stop, {system.mass()}).close_exactly(s.q);
+  assemble_velocities(mechanism, system, {}, s);
+  return s;
+}
+
 }  // namespace
 
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
                const StopToken& stop, const Compliances& elastic) {
   using Start = RunOptions::Start;
+  const bool reduced = std::ranges::any_of(mechanism.beams, &Beam::is_reduced);
+  if (reduced && start != Start::equilibrium) return reduced_start(mechanism, start, assumed, stop);
   const System system(start == Start::ideal ? idealised(mechanism) : mechanism);
   const double length = length_scale(system);
   // An equilibrium is sought from approximate positions.
   const bool rests = start == Start::equilibrium, free = mechanism.assembly.approximate;
   State s = stated_state(mechanism);
-  const auto stiff = start == Start::given ? std::nullopt : stiff_start(mechanism, start, stop);
+  const auto stiff = reduced ? assemble(with_full_beams(mechanism), Start::assembled, nullptr, stop)
+                     : start == Start::given ? std::nullopt
+                                             : stiff_start(mechanism, start, stop);
   std::string note;
   AssemblyStart begun;
   if (start == Start::given) {
