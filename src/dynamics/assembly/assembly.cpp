@@ -398,7 +398,8 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                     : "no velocity is given, and the ideal mechanism cannot move: bodies without a "
                       "drive start at rest";
   }
-  if (!mechanism.beams.empty() && !stiff && !rests)
+  const bool fits = stiff || (start == Start::given && stiff_start(mechanism, start, stop));
+  if (!mechanism.beams.empty() && !fits && !rests)
     note += fmt::format("{}beams begin strained: the given positions do not fit their unloaded shape",
                         note.empty() ? "" : "; ");
   if (!found.empty()) note += (note.empty() ? "" : "; ") + found;
