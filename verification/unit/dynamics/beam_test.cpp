@@ -235,9 +235,11 @@ TEST_CASE("stated positions that strain a beam are kept, with a note", "[beams]"
                                     length) +
                         test::run_for(1),
                     "beam");
-    std::string assumed;
+    std::string assumed, given;
     const auto s = assemble(scene.mechanism, RunOptions::Start::assembled, &assumed);
     CHECK(s.q[3] == 1);
+    assemble(scene.mechanism, RunOptions::Start::given, &given);
+    CHECK(given == assumed);
     return assumed;
   };
   CHECK_THAT(start(0.9), Catch::Matchers::Contains("strained"));
