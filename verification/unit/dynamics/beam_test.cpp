@@ -496,8 +496,9 @@ std::string keeping(int modes) { return fmt::format("modes = {}\n", modes); }
 
 TEST_CASE("frequencies of a reduced beam are bounds that decrease to those of the full beam", "[beams]") {
   // The reduced beam is the full one with constraints, so that no frequency is lower (Rayleigh, Courant and Fischer).
-  // With all 8 modes only motions that begin with the rotations of the pieces against each other are missing: beyond
-  // the band of bending waves, at about √48 8² rad/s, seven times the third frequency, whose share is its fourth power.
+  // With all 8 modes, only motions of the pieces' rotations against each other are missing. They begin beyond the band
+  // of bending waves, at about √48 8² = 443 rad/s: at least five times the third frequency, and the error is of the
+  // order of this ratio's inverse fourth power.
   for (const std::size_t which : {0, 1}) {
     CAPTURE(which);
     const auto full = frequencies(reducible("")[which]);
@@ -596,7 +597,8 @@ TEST_CASE("a slider-crank moves with a reduced rod as with a full one, in fewer 
             test::drive("motor", "main", "speed = 20\ninitial_angle = 1\n") +
             "[beams.rod]\nbetween = [\"big_end\", \"eye\"]\nlength = 0.12\nyoung = 2e9\ndensity = 7800\n"
             "section = \"circle\"\ndiameter = 5e-3\nelements = 7\n" +
-            keys + "[assembly]\napproximate = true\n" + test::run_for(0.05),
+            keys + "[assembly]\napproximate = true\n[penalty]\nintegrator = \"dopri5\"\n" +
+            test::run_for(0.05),
         "beam");
   };
   const auto deflection = [](const test::MotionRow& row) {  // of the middle piece from the chord
@@ -616,7 +618,7 @@ TEST_CASE("a slider-crank moves with a reduced rod as with a full one, in fewer 
       CHECK(std::abs(deflection(full.rows[i]) - deflection(reduced.rows[i])) < 0.05 * most);
     }
     // The highest frequency falls from 2 c/l = 5.9e4 rad/s to that of the masses at the ends on EA/L.
-    CHECK(reduced.run.work.rhs < full.run.work.rhs / 2);
+    if (family == Family::penalty) CHECK(reduced.run.work.rhs < full.run.work.rhs / 2);
   }
 }
 
