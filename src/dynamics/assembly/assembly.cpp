@@ -329,16 +329,24 @@ void take_positions(const Mechanism& mechanism, const System& system, State& s, 
     throw ModelError(wrong.key, wrong.what + "; correct the positions or use run.start = \"assembled\"");
 }
 
-/// The start with rigid beams; empty without beams, or if they cannot be rigid, as between fixed ends.
+/// The start with rigid beams, without velocities if the stated ones do not fit; empty without beams, or if they cannot be
+/// rigid, as between fixed ends.
 std::optional<State> stiff_start(const Mechanism& mechanism, RunOptions::Start start, const StopToken& stop) {
   if (mechanism.beams.empty()) return {};
   using Start = RunOptions::Start;
-  try {
-    return assemble(with_rigid_beams(mechanism), start == Start::equilibrium ? Start::assembled : start,
-                    nullptr, stop);
-  } catch (const ModelError&) {
-    return {};
-  }
+  auto rigid = with_rigid_beams(mechanism);
+  const auto found = [&]() -> std::optional<State> {
+    try {
+      return assemble(rigid, start == Start::equilibrium ? Start::assembled : start, nullptr, stop);
+    } catch (const ModelError&) {
+      return {};
+    }
+  };
+  if (auto state = found()) return state;
+  for (auto& body : rigid.bodies) body.velocity.reset(), body.angular_velocity.reset();
+  auto state = found();
+  if (state) state->v.clear();
+  return state;
 }
 
 /// The start with full beams in place of reduced ones, whose pieces then take their shape. Stated states of pieces are
@@ -404,7 +412,7 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                         note.empty() ? "" : "; ");
   if (!found.empty()) note += (note.empty() ? "" : "; ") + found;
   if (stop()) throw Interrupted();
-  if (stiff && !rests) s.v = stiff->v;
+  if (stiff && !stiff->v.empty() && !rests) s.v = stiff->v;
   const auto violated =
       assemble_velocities(mechanism, system, rests ? std::vector<char>{} : stated_velocities(mechanism), s);
   if (!rests)
