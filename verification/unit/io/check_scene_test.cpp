@@ -118,6 +118,10 @@ class Fault {
   void maybe_joint_of(const Key&, int& x) {
     index(x);
   }
+  void gauge(const Key&, const Key& place, auto& i) {
+    if (hit()) change_ = [&x = i.beam] { x += "x"; };
+    need(place, i.place, non_negative);
+  }
   void any_joint(const Key&, int& x, auto& pair) { index(x), index(pair[0]), index(pair[1]); }
   void joint_place(const Key&, double& x, int) { value(x); }
   void joint_angle(const Key&, double& x, int) { value(x); }
