@@ -37,8 +37,9 @@ bool has_whole_steps(const System& system) {
     if (system.contact_facts(k).lubricant) return false;
     rows += system.has_friction(k) ? 2 : 1;
   }
-  return system.n() > 0 && rows <= most_rows && system.elastic().pattern.rows == 0 && system.states() == 0 && system.reactive_frictions().empty() &&
-         (system.frictions() == 0 || !iterates(system)) && system.families().empty() && !system.has_motions();
+  return system.n() > 0 && rows <= most_rows && system.elastic().pattern.rows == 0 && system.states() == 0 &&
+         system.reactive_frictions().empty() && (system.frictions() == 0 || !iterates(system)) &&
+         system.families().empty() && !system.has_motions();
 }
 
 bool has_ordinary_steps(const System& system) {

@@ -52,11 +52,11 @@ struct StepData {
   }
 
   const System& system;
-  SaddlePoint saddle;           // factorised at q_mid; by EndRates at q
-  bool elastic;            // whether there are elastic rows
+  SaddlePoint saddle;                           // factorised at q_mid; by EndRates at q
+  bool elastic;                                 // whether there are elastic rows
   std::vector<double> strain_rows, compliance;  // B at q_mid and Σ, of System::elastic()
-  Evaluation middle, end;       // evaluated at (q_mid, t_old + h/2) and at (q, t)
-  std::vector<double> q, v, z;  // at the end; z: first-order states of elements
+  Evaluation middle, end;                       // evaluated at (q_mid, t_old + h/2) and at (q, t)
+  std::vector<double> q, v, z;                  // at the end; z: first-order states of elements
   // at the beginning; z_old if rates of z depend on velocities
   std::vector<double> q_old, v_old, z_old;
   std::vector<double> q_mid, v_mean, z_mid;  // at the middle

@@ -195,7 +195,7 @@ namespace {
 std::string without_forces(const std::string& text, const std::vector<Column>& all) {
   if (std::ranges::any_of(all, [](const Column& c) { return c.file == "forces.csv"; })) return "";
   for (const std::string_view end :
-       {".torque", ".power", ".fx", ".fy", ".fn", ".ft", ".m", ".ax", ".ay", ".alpha"})
+       {".torque", ".power", ".fx", ".fy", ".fn", ".ft", ".m", ".N", ".Q", ".M", ".ax", ".ay", ".alpha"})
     for (auto at = text.find(end); at != text.npos; at = text.find(end, at + 1)) {
       const auto rest = std::string_view(text).substr(at + end.size());
       if (rest.empty() || rest.starts_with("_mean") ||

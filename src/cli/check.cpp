@@ -1,3 +1,5 @@
+#include "analysis/reduced_modes.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include "cli/terminal.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/meshing.hpp"
+#include "dynamics/beam_reduction.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/make.hpp"
@@ -127,6 +130,7 @@ struct CheckRequest : Request {
   bool keys = false;    ///< list the keys of scenes instead
   bool bounds = false;  ///< list the plausible ranges of numbers instead
   bool units = false;   ///< list the units of numbers instead
+  bool modes = false;   ///< compare the frequencies of reduced and of full beams
   std::string output;   ///< folder for the figure of the pose
   double magnify = 1;   ///< factor of the deflection of beams in the figure
 };
@@ -150,9 +154,34 @@ void beams(const Mechanism& m) {
                              4));
     fmt::print("    bending: up to {:.4g} Hz with an error of at most 1 % of the frequency\n",
                hertz * beam.resolved());
-    fmt::print("    axial vibration: up to {:.4g} Hz, which explicit steps resolve\n",
-               hertz * beam.highest());
+    if (!beam.is_reduced()) {
+      fmt::print("    axial vibration: up to {:.4g} Hz, which explicit steps resolve\n",
+                 hertz * beam.highest());
+      continue;
+    }
+    if (*beam.modes == 0) {
+      fmt::print("    reduced to its static deflection\n");
+      continue;
+    }
+    const auto omega = BeamReduction(beam).frequency;
+    const double greatest = omega[omega.size() - 1];
+    fmt::print("    reduced to {} of its modes with clamped ends, {:.4g} Hz to {:.4g} Hz\n", omega.size(),
+               hertz * omega[0], hertz * greatest);
+    if (greatest > beam.resolved())
+      fmt::print("{}", wrapped("    warning: the pieces do not resolve the highest of these modes; use more "
+                               "elements or fewer modes\n",
+                               6));
   }
+}
+
+/// Prints the lowest frequencies of the mechanism with reduced beams, and their errors.
+void reduction_errors(const Mechanism& m, const State& start) {
+  constexpr std::size_t most = 10;
+  fmt::print("\n  natural frequencies about the start, Hz\n  {:>14} {:>14} {:>12}\n", "reduced beams",
+             "full beams", "error");
+  const auto all = reduced_frequencies(m, start);
+  for (std::size_t i = 0; i < std::min(most, all.size()); ++i)
+    fmt::print("  {:>14.6g} {:>14.6g} {:>12.2g}\n", all[i].reduced, all[i].full, all[i].error());
 }
 
 void draw_pose(const Scene& scene, const State& start, const std::string& output, double magnify) {
@@ -172,6 +201,10 @@ int check(const CheckRequest& request) {
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
   if (request.magnify != 1 && beam_lines(scene.mechanism).empty())
     throw SceneError("--magnify: the scene has no beams, whose deflection it magnifies");
+  if (request.modes && std::ranges::none_of(scene.mechanism.beams, &Beam::is_reduced))
+    throw SceneError(
+        "--modes: the scene has no reduced beams; it compares their frequencies with those of full "
+        "beams (beams.NAME.modes)");
   std::optional<IdealStart> ideal;
   ask(scene, &ideal);
   const System system(scene.mechanism);
@@ -225,6 +258,7 @@ int check(const CheckRequest& request) {
   for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
 
   beams(scene.mechanism);
+  if (request.modes) reduction_errors(scene.mechanism, start);
   const auto teeth = teeth_at(scene.mechanism, start.q);
   for (int k = 0; k < system.reported(); ++k) {
     const auto& facts = system.contact_facts(k);
@@ -278,6 +312,7 @@ void check_verb(Program& program) {
   options.flag("--keys", request.keys, "list all keys of scenes instead");
   options.flag("--bounds", request.bounds, "list the bounds of values by unit instead");
   options.flag("--units", request.units, "list the accepted units instead");
+  options.flag("--modes", request.modes, "compare frequencies of reduced beams with those of full beams");
   auto output =
       options.output(request.output, "folder for a figure of the assembled pose; default: no figure");
   options.add("--magnify", request.magnify, "factor of the deflection of beams in the figure; default 1")

@@ -42,6 +42,8 @@ class Builder {
   void slide(const Link& link, const Vec2& axis, const std::string& name);
   void distance(const Link& link, double length, const std::string& name);
   void angle(const Link& link, double angle, const std::string& name);
+  void reduced_beam(const BeamChord& beam, const std::vector<double>& weights, int modes,
+                    const std::string& name);
   void prescribed(const Link& link, double angle, double speed, const std::string& name);
   /// Prescribes the angle, or with `axis` the position along it, as a function of time or, if
   /// `of` ≥ 0, of the angle of joint `of`.

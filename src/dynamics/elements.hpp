@@ -22,6 +22,7 @@
 #include "dynamics/elements/motion_drive.hpp"
 #include "dynamics/elements/plane_contact.hpp"
 #include "dynamics/elements/rack_joint.hpp"
+#include "dynamics/elements/reduced_beam.hpp"
 #include "dynamics/elements/revolute_joint.hpp"
 #include "dynamics/elements/rigid_joint.hpp"
 #include "dynamics/elements/rod_joint.hpp"
@@ -48,15 +49,15 @@ constexpr bool complete_dynamics<std::variant<Kinds...>> = requires {
 static_assert(complete_dynamics<Joint> && complete_dynamics<Contact> && complete_dynamics<Drive> &&
               complete_dynamics<Load>);
 
-// Drives and loads of a System with their links and indices. Only the sources of System include
+// Drives, loads and reduced beams of a System with their links and indices. Only the sources of System include
 // this file, so that a change of an element's dynamics recompiles these alone.
 
-/// A drive or load with its place in the System.
+/// A drive, load or reduced beam with its place in the System.
 template <class Facts>
 struct Placed {
   Dynamics<Facts> facts;
   Link link;
-  int element = -1;  ///< index in ForceReport::elements
+  int element = -1;  ///< index in ForceReport::elements; −1: a reduced beam
   int state = -1;    ///< index of its (first) first-order state; −1: none
   int phase = -1;    ///< index of its phase in System::phases; −1: none
 };
@@ -65,7 +66,7 @@ template <class... Lists>
 struct PlacedKinds;
 template <class... D, class... L>
 struct PlacedKinds<std::variant<D...>, std::variant<L...>> {
-  using type = std::tuple<std::vector<Placed<D>>..., std::vector<Placed<L>>...>;
+  using type = std::tuple<std::vector<Placed<D>>..., std::vector<Placed<L>>..., std::vector<Placed<Beam>>>;
 };
 struct PlacedElements {
   PlacedKinds<Drive, Load>::type lists;

@@ -131,7 +131,7 @@ void ForceReport::loads(double t, const double* q, const double* v, const double
                         double weight, Forces& out, const Reading& reading) const {
   const Motion<double> motion{t, q, v, e, reading};
   for_each_item(placed->lists, [&]<class Facts>(const Placed<Facts>& x) {
-    if constexpr (Acts<Facts>) {
+    if constexpr (Acts<Facts> && requires { Facts::reports; }) {
       Reported reported{motion, weight, out.elements[x.element]};
       x.facts.template act<double>(motion.of(x.phase), x.link, x.state < 0 ? nullptr : z + x.state, reported);
     }

@@ -15,6 +15,7 @@
 #include "dynamics/rows/mesh.hpp"
 #include "dynamics/rows/motion.hpp"
 #include "dynamics/rows/point.hpp"
+#include "dynamics/rows/reduced_beam.hpp"
 #include "dynamics/rows/slide.hpp"
 #include "dynamics/rows/sliding.hpp"
 #include "dynamics/rows/spin.hpp"
@@ -24,7 +25,7 @@ namespace freeplay {
 using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
                std::vector<MotionRow>, std::vector<MeshRow<InvoluteMesh>>, std::vector<MeshRow<RackMesh>>,
-               std::vector<DistanceRow>>;
+               std::vector<DistanceRow>, std::vector<ReducedBeamRows>>;
 using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, FlankPair<InvoluteMesh>,
                           FlankPair<RackMesh>, AngleStopPair>;
 using FrictionRow = std::variant<SlidingRow, SpinRow>;

@@ -36,11 +36,13 @@ namespace freeplay {
 
 class Builder;
 struct Mechanism;
+template <class Facts>
+struct Dynamics;  // dynamics/elements/dynamics.hpp
 
 /// Rows of strain rates B v of elements with large stiffness, for implicit steps. With the strains s they exert
 /// −Bᵀ k (s + τ B v), up to terms by the rotation of B.
 struct ElasticRows {
-  CsrPattern pattern;                       ///< of B
+  CsrPattern pattern;                      ///< of B
   std::vector<double> stiffness, damping;  ///< k (N/m or N m/rad) and τ (s) of each row
 };
 struct PlacedElements;  // dynamics/elements.hpp
@@ -230,6 +232,7 @@ class System {
     over(std::get<std::vector<MeshRow<InvoluteMesh>>>(rows_.kinds));
     over(std::get<std::vector<MeshRow<RackMesh>>>(rows_.kinds));
     over(std::get<std::vector<DistanceRow>>(rows_.kinds));
+    over(std::get<std::vector<ReducedBeamRows>>(rows_.kinds));
   }
   /// Adds the forces of drives and loads.
   template <class T>
@@ -237,7 +240,7 @@ class System {
   template <class T>
   void place_rows(std::type_identity_t<T> t, const T* q, EvaluationOf<T>& e) const;
   template <class Element>
-  void add(Builder& builder, const Element& element, int joint);
+  void add(Builder& builder, const Element& element, const Dynamics<Element>& dynamics, int joint);
   template <class Element>
   void place_load(Builder& builder, const Element& element);
   void add_groups(Builder& builder, const Mechanism& mechanism);

@@ -107,6 +107,30 @@ void Builder::distance(const Link& link, double length, const std::string& name)
   end_row(name, false);
 }
 
+void Builder::reduced_beam(const BeamChord& beam, const std::vector<double>& weights, int modes,
+                           const std::string& name) {
+  s_.rows_.rare = true;
+  const ReducedBeamRows rows{beam, s_.rows_.pattern.rows, static_cast<int>(s_.rows_.constants.size()), modes,
+                             weights};
+  const auto entries = [&](int body, int coordinates) {
+    for (int c = 0; body != ground && c < coordinates; ++c) entry(3 * body + c, 0);
+  };
+  const auto ends = [&] { entries(beam.link.i, 3), entries(beam.link.j, 3); };
+  for (int k = 0; k < beam.pieces; ++k) {
+    ends();
+    entries(beam.first + k, 2);
+    end_row(name, false);
+  }
+  for (int k = 0; k < rows.transverse() + beam.pieces; ++k) {
+    const int turned = k - rows.transverse();
+    ends();
+    for (int p = 0; p < beam.pieces; ++p) entries(beam.first + p, 2);
+    if (turned >= 0) entry(3 * (beam.first + turned) + 2, 1);
+    end_row(name, turned >= 0);
+  }
+  std::get<std::vector<ReducedBeamRows>>(s_.rows_.kinds).push_back(rows);
+}
+
 void Builder::turn_entries(const Link& link) {
   if (link.i != ground) entry(3 * link.i + 2, -1);
   if (link.j != ground) entry(3 * link.j + 2, 1);
@@ -221,16 +245,15 @@ ReactionBound Builder::reaction_bound(int joint) const {
   return bound;
 }
 
-/// Adds a joint, contact, drive or load: its rows, and the numbers it adds to the solver.
+/// Adds a joint, contact, reduced beam, drive or load: its rows, and the numbers it adds to the solver.
 template <class Element>
-void System::add(Builder& builder, const Element& element, int joint) {
+void System::add(Builder& builder, const Element& element, const Dynamics<Element>& dynamics, int joint) {
   const int rows = rows_.pattern.rows, contacts = this->contacts(), frictions = this->frictions();
-  const Dynamics<Element> dynamics{element};
   if constexpr (requires { dynamics.build(builder); }) dynamics.build(builder);
   Carried carried{element.name, word_of<Element>(), rows_.pattern.rows - rows, this->contacts() - contacts,
                   this->frictions() - frictions};
   if constexpr (requires { element.between, element.at; }) {
-    if (carried.rows > 0)  // an ideal joint
+    if (carried.rows > 0 && joint >= 0)  // an ideal joint
       report_.reactions.push_back(
           {builder.free_link(element.between, element.at), rows, rows_.pattern.rows, joint});
   }
@@ -244,11 +267,11 @@ void System::add(Builder& builder, const Element& element, int joint) {
 template <class Element>
 void System::place_load(Builder& builder, const Element& element) {
   const Dynamics<Element> dynamics{element};
-  if constexpr (requires { dynamics.build(builder); }) {
+  if constexpr (requires { dynamics.build(builder), Element::reports; }) {
     if constexpr (Element::reports == ForceElement::Kind::drive)
       report_.reactions.push_back({dynamics.link(builder), rows_.pattern.rows, rows_.pattern.rows + 1, -1});
   }
-  add(builder, element, -1);
+  add(builder, element, dynamics, -1);
   if constexpr (Acts<Element>) {
     Placed<Element> placed{dynamics, dynamics.link(builder), -1, -1};
     auto& facts = placed.facts;
@@ -274,8 +297,9 @@ void System::place_load(Builder& builder, const Element& element) {
       for (const double k : facts.stiffness()) {
         elastic_.stiffness.push_back(k);
         elastic_.damping.push_back(facts.damping);
-        for (const int body : {placed.link.i, placed.link.j})
-          for (int c = 0; body != ground && c < 3; ++c) elastic_.pattern.column.push_back(3 * body + c);
+        for (const auto& [body, coordinates] : facts.strain_columns())
+          for (int c = 0; body != ground && c < coordinates; ++c)
+            elastic_.pattern.column.push_back(3 * body + c);
         elastic_.pattern.end_row();
       }
     if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
@@ -328,7 +352,9 @@ System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>())
       builder.angle({ground, b}, 0, m.bodies[static_cast<std::size_t>(b)].name);
       ++points_;
     }
-  each(m.joints, [&](const auto& joint, int j) { add(builder, joint, j); });
+  each(m.joints, [&](const auto& joint, int j) {
+    add(builder, joint, Dynamics<std::decay_t<decltype(joint)>>{joint}, j);
+  });
   // All arms are found before walls use them as scales, so that the order of contacts does not
   // matter.
   each(m.contacts, [&](const auto& contact, int) {
@@ -336,8 +362,12 @@ System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>())
     const Dynamics<std::decay_t<decltype(contact)>> dynamics{contact};
     if constexpr (requires { dynamics.reserve(builder); }) dynamics.reserve(builder);
   });
-  each(m.contacts, [&](const auto& contact, int) { add(builder, contact, -1); });
+  each(m.contacts, [&](const auto& contact, int) {
+    add(builder, contact, Dynamics<std::decay_t<decltype(contact)>>{contact}, -1);
+  });
   add_groups(builder, m);
+  for (const auto& beam : m.beams)
+    if (beam.is_reduced()) place_load(builder, beam);
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
   if (const int joint = crank_joint(m); joint >= 0) crank_ = builder.joint_link(joint);
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });

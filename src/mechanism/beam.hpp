@@ -5,6 +5,10 @@
 // elements the outer ones with the ends on both bodies. A free end has no element: the outer half of its piece is rigid.
 // Stiffness of small deflections is therefore exact for forces and couples at fastened ends and middles, masses are
 // those of the midpoint rule: errors of frequencies are of second order in l. The bodies at the ends keep their mass.
+//
+// With `modes` the beam is reduced (Craig and Bampton, AIAA Journal 6 (1968) 1313): one element connects its ends, and
+// the pieces lie on its static deflection and that many modes of the beam clamped at both ends (dynamics/
+// beam_reduction.hpp).
 #pragma once
 
 #include <algorithm>
@@ -27,6 +31,9 @@ inline constexpr int free_end = -2;
 /// Numbers of pieces of a beam.
 inline constexpr Range beam_pieces{[](double n) { return n >= 1 && n <= 1000 && n == static_cast<int>(n); },
                                    "a whole number from 1 to 1000"};
+
+/// Greatest number of pieces of a reduced beam: its constraint rows are dense.
+inline constexpr int most_reduced = 64;
 
 /// A flexible link between two bodies.
 struct Beam {
@@ -55,10 +62,13 @@ struct Beam {
   double shear_factor = 5.0 / 6;  ///< shear area over area
   double curvature = 0;           ///< 1/m, unloaded
   double damping = 0;             ///< s, stiffness-proportional
+  std::optional<int> modes = {};  ///< number of modes that a reduced beam keeps
   int first = 0;                  ///< index of its first body
 
   /// m, length of a piece.
   double piece() const { return length / elements; }
+  /// Whether the pieces keep the static deflection and `modes` alone.
+  bool is_reduced() const { return modes.has_value(); }
   /// Whether an end, 0 or 1, is fastened to nothing.
   bool is_free(std::size_t end) const { return between[end] == free_end; }
   /// Sizes of the section at a share of the length, in the order of its keys.
@@ -106,8 +116,8 @@ struct Beam {
   }
   /// Share of the length at the middle of piece n, counted from 0.
   double middle(int n) const { return (n + 0.5) / elements; }
-  /// s²/m⁴, greatest ρA/EI along the beam: a bending wave of the angular frequency ω has the wave number k = (ω² ρA/EI)^¼. Concentrated masses
-  /// raise its frequency by (k l)²/24 of its value.
+  /// s²/m⁴, greatest ρA/EI along the beam: a bending wave of the angular frequency ω has the wave number
+  /// k = (ω² ρA/EI)^¼. Rigid pieces lower its frequency by (k l)²/24 of its value.
   double wave_factor() const {
     double most = density * section_area() / (young * section_moment());
     for (const auto& row : sections)
@@ -136,7 +146,7 @@ struct Beam {
     b.made = true;
     return b;
   }
-  /// Element n of `elements` + 1, counted from 0. There is no first or last one at a free end.
+  /// Element n of `elements` + 1 of a full beam, counted from 0. There is no first or last one at a free end.
   BeamElement element(int n) const {
     BeamElement x;
     x.name = piece_name(n + 1);
@@ -156,6 +166,14 @@ struct Beam {
     x.damping = damping;
     x.section = begins ? -0.5 : ends ? 0.5 : 0;
     x.made = true;
+    return x;
+  }
+  /// The element of a reduced beam, from end to end.
+  BeamElement only_element() const {
+    BeamElement x = element(0);
+    x.between = between, x.at = at, x.angles = angles;
+    x.length = length;
+    x.section = 0;
     return x;
   }
 
@@ -215,12 +233,24 @@ struct Beam {
           "number"},
          {{"damping_frequency", "Hz", "at which damping_ratio holds, > 0"}, "number"}},
         x, [](auto& s, auto& beam) { beam.read_damping_ratio(s); });
+    k.take(
+        {"modes", "",
+         "reduction: number of modes, clamped at both ends, that its pieces keep besides the static deflection; "
+         "at most elements",
+         "none: the full beam"},
+        x.modes, whole);
     k.together(
         {{{"frequency_range", "Hz",
            "in place of elements: as many as give bending waves up to it an error of at most 1 % of their "
            "frequency, > 0"},
           "number"}},
         x, [](auto& s, auto& beam) { beam.read_frequency_range(s); });
+    if (!x.is_reduced()) return;
+    k.check(*x.modes <= x.elements, "modes", "must be at most the number of elements");
+    k.check(x.elements <= most_reduced, "modes", "needs at most 64 elements");
+    k.check(!x.is_free(0) && !x.is_free(1), "modes", "needs a body or the ground at both ends");
+    k.check(x.curvature == 0, "modes", "needs a straight beam, without curvature");
+    k.check(x.sections.empty(), "modes", "needs one section along the length");
   }
 
  private:

@@ -1,15 +1,40 @@
 #include "mechanism/mechanism.hpp"
 
 #include <utility>
+#include <variant>
 
 namespace freeplay {
+namespace {
+
+void add_elements(Mechanism& mechanism, const Beam& beam) {
+  if (beam.is_reduced()) {
+    mechanism.loads.emplace_back(beam.only_element());
+    return;
+  }
+  for (int n = beam.is_free(0) ? 1 : 0; n < beam.elements + (beam.is_free(1) ? 0 : 1); ++n)
+    mechanism.loads.emplace_back(beam.element(n));
+}
+
+}  // namespace
 
 void add_beam(Mechanism& mechanism, Beam beam) {
   beam.first = static_cast<int>(mechanism.bodies.size());
   for (int n = 0; n < beam.elements; ++n) mechanism.bodies.push_back(beam.body(n));
-  for (int n = beam.is_free(0) ? 1 : 0; n < beam.elements + (beam.is_free(1) ? 0 : 1); ++n)
-    mechanism.loads.emplace_back(beam.element(n));
+  add_elements(mechanism, beam);
   mechanism.beams.push_back(std::move(beam));
+}
+
+Mechanism with_full_beams(Mechanism mechanism) {
+  for (auto& beam : mechanism.beams) {
+    if (!beam.is_reduced()) continue;
+    std::erase_if(mechanism.loads, [name = beam.piece_name(1)](const Load& load) {
+      const auto* x = std::get_if<BeamElement>(&load);
+      return x && x->made && x->name == name;
+    });
+    beam.modes.reset();
+    add_elements(mechanism, beam);
+  }
+  return mechanism;
 }
 
 Mechanism idealised(Mechanism mechanism) {

@@ -48,6 +48,8 @@ struct Mechanism {
 
 /// Adds a beam with its bodies and elements.
 void add_beam(Mechanism& mechanism, Beam beam);
+/// Returns the mechanism with full beams in place of reduced ones. Its bodies are the same.
+Mechanism with_full_beams(Mechanism mechanism);
 
 /// Returns the mechanism without clearances and without contacts between bodies.
 Mechanism idealised(Mechanism mechanism);

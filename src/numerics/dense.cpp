@@ -105,6 +105,11 @@ MatrixXd orthogonal_complement(const ConstMatrix& A, double threshold) {
   return Q.rightCols(Q.cols() - qr.rank());
 }
 
+MatrixXd orthogonal_complement(const ConstMatrix& A) {
+  const MatrixXd Q = Eigen::HouseholderQR<MatrixXd>(A).householderQ();
+  return Q.rightCols(A.rows() - A.cols());
+}
+
 SymmetricEigen symmetric_eigen(const ConstMatrix& A) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(A);
   return {solver.eigenvalues(), solver.eigenvectors()};

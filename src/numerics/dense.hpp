@@ -68,6 +68,8 @@ Eigen::MatrixXd kernel(const ConstMatrix& A, double threshold);
 
 /// An orthonormal basis, in columns, of the orthogonal complement of A's columns.
 Eigen::MatrixXd orthogonal_complement(const ConstMatrix& A, double threshold);
+/// The same for independent columns. It is a continuous function of A.
+Eigen::MatrixXd orthogonal_complement(const ConstMatrix& A);
 
 struct SymmetricEigen {
   Eigen::VectorXd values;  ///< ascending

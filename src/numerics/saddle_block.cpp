@@ -230,7 +230,8 @@ void SaddleBlock::set_elastic(std::span<const double> values, std::span<const do
   std::ranges::copy(values, values_.begin() + static_cast<std::ptrdiff_t>(taken_));
   std::ranges::copy(compliance, compliance_.end() - std::ssize(compliance));
   if (dense_)
-    std::ranges::transform(compliance, values_.end() - std::ssize(compliance), [](double x) { return std::sqrt(x); });
+    std::ranges::transform(compliance, values_.end() - std::ssize(compliance),
+                           [](double x) { return std::sqrt(x); });
 }
 
 bool SaddleBlock::factor(const double* G_values) {

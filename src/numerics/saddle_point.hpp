@@ -203,9 +203,10 @@ class SaddlePoint {
   int largest_ = 0;
   bool converged_ = true;
   RowFacts facts_;
-  std::size_t rows_ = 0;        // of G
+  std::size_t rows_ = 0;  // of G
   bool elastic_ = false;
-  std::vector<double> elastic_values_, elastic_r_, elastic_lambda_;  // work vectors; the others of rows of G and B
+  std::vector<double> elastic_values_, elastic_r_,
+      elastic_lambda_;  // work vectors; the others of rows of G and B
   const SolveFunctions* functions_ = nullptr;
   bool compiled_ = false;                            // whether the factors in force are those of `functions_`
   std::vector<double> G_values_, factors_, ratios_;  // of compiled factors

@@ -60,7 +60,7 @@ ForceParts force_parts(ForceElement::Kind kind) {
     case ForceElement::Kind::force:
       return {{{"fx", &F::fx}, {"fy", &F::fy}}, {{"fx", &F::fx}, {"fy", &F::fy}}};
     case ForceElement::Kind::section:
-      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}, {"N", &F::fn}, {"Q", &F::ft}, {"M", &F::bending}},
+      return {{{"fx", &F::fx}, {"fy", &F::fy}, {"N", &F::fn}, {"Q", &F::ft}, {"M", &F::bending}},
               {{"fx", &F::fx}, {"fy", &F::fy}, {"m", &F::m}}};
     case ForceElement::Kind::push:
       return {{{"fx", &F::fx}, {"fy", &F::fy}, {"power", &F::power}}, {{"fx", &F::fx}, {"fy", &F::fy}}};

@@ -44,8 +44,8 @@ struct ElementForce {
   /// N. Contacts: normal (≥ 0: repulsion) and along the sliding rate. Sections of beams: normal (≥ 0: tension) and
   /// shear force.
   double fn = 0, ft = 0;
-  double bending = 0;     ///< N m, bending moment of a section
-  double power = 0;       ///< W, power of drives and loads into the mechanism
+  double bending = 0;  ///< N m, bending moment of a section
+  double power = 0;    ///< W, power of drives and loads into the mechanism
 
   /// Adds `weight` times f.
   void add(double weight, const ElementForce& f) {

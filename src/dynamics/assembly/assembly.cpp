@@ -329,16 +329,40 @@ void take_positions(const Mechanism& mechanism, const System& system, State& s, 
     throw ModelError(wrong.key, wrong.what + "; correct the positions or use run.start = \"assembled\"");
 }
 
-/// The start with rigid beams; empty without beams, or if they cannot be rigid, as between fixed ends.
+/// The start with rigid beams, without velocities if the stated ones do not fit; empty without beams, or if they cannot be
+/// rigid, as between fixed ends.
 std::optional<State> stiff_start(const Mechanism& mechanism, RunOptions::Start start, const StopToken& stop) {
   if (mechanism.beams.empty()) return {};
   using Start = RunOptions::Start;
-  try {
-    return assemble(with_rigid_beams(mechanism), start == Start::equilibrium ? Start::assembled : start,
-                    nullptr, stop);
-  } catch (const ModelError&) {
-    return {};
-  }
+  auto rigid = with_rigid_beams(mechanism);
+  const auto found = [&]() -> std::optional<State> {
+    try {
+      return assemble(rigid, start == Start::equilibrium ? Start::assembled : start, nullptr, stop);
+    } catch (const ModelError&) {
+      return {};
+    }
+  };
+  if (auto state = found()) return state;
+  for (auto& body : rigid.bodies) body.velocity.reset(), body.angular_velocity.reset();
+  auto state = found();
+  if (state) state->v.clear();
+  return state;
+}
+
+/// The start with full beams in place of reduced ones, whose pieces then take their shape. Stated states of pieces are
+/// closed to rounding.
+State reduced_start(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
+                    const StopToken& stop) {
+  State s = assemble(with_full_beams(mechanism), start, assumed, stop);
+  place_beams(mechanism, s);
+  move_beams(mechanism, s);
+  if (std::ranges::none_of(mechanism.bodies,
+                           [](const Body& b) { return b.made && (b.position || b.velocity); }))
+    return s;
+  const System system(start == RunOptions::Start::ideal ? idealised(mechanism) : mechanism);
+  Closing(mechanism, system, stop, {system.mass()}).close_exactly(s.q);
+  assemble_velocities(mechanism, system, {}, s);
+  return s;
 }
 
 }  // namespace
@@ -346,12 +370,16 @@ std::optional<State> stiff_start(const Mechanism& mechanism, RunOptions::Start s
 State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string* assumed,
                const StopToken& stop, const Compliances& elastic) {
   using Start = RunOptions::Start;
+  const bool reduced = std::ranges::any_of(mechanism.beams, &Beam::is_reduced);
+  if (reduced && start != Start::equilibrium) return reduced_start(mechanism, start, assumed, stop);
   const System system(start == Start::ideal ? idealised(mechanism) : mechanism);
   const double length = length_scale(system);
   // An equilibrium is sought from approximate positions.
   const bool rests = start == Start::equilibrium, free = mechanism.assembly.approximate;
   State s = stated_state(mechanism);
-  const auto stiff = start == Start::given ? std::nullopt : stiff_start(mechanism, start, stop);
+  const auto stiff = reduced ? assemble(with_full_beams(mechanism), Start::assembled, nullptr, stop)
+                     : start == Start::given ? std::nullopt
+                                             : stiff_start(mechanism, start, stop);
   std::string note;
   AssemblyStart begun;
   if (start == Start::given) {
@@ -378,12 +406,13 @@ State assemble(const Mechanism& mechanism, RunOptions::Start start, std::string*
                     : "no velocity is given, and the ideal mechanism cannot move: bodies without a "
                       "drive start at rest";
   }
-  if (!mechanism.beams.empty() && !stiff && !rests)
+  const bool fits = stiff || (start == Start::given && stiff_start(mechanism, start, stop));
+  if (!mechanism.beams.empty() && !fits && !rests)
     note += fmt::format("{}beams begin strained: the given positions do not fit their unloaded shape",
                         note.empty() ? "" : "; ");
   if (!found.empty()) note += (note.empty() ? "" : "; ") + found;
   if (stop()) throw Interrupted();
-  if (stiff && !rests) s.v = stiff->v;
+  if (stiff && !stiff->v.empty() && !rests) s.v = stiff->v;
   const auto violated =
       assemble_velocities(mechanism, system, rests ? std::vector<char>{} : stated_velocities(mechanism), s);
   if (!rests)

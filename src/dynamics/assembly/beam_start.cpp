@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/beam_reduction.hpp"
 #include "dynamics/planar.hpp"
 #include "mechanism/mechanism.hpp"
 
@@ -66,12 +67,38 @@ void each_piece_of_arc(const Beam& beam, std::size_t k, const State& s, F f) {
   }
 }
 
+/// Calls f for the pieces of a reduced beam: its static deflection, without modes.
+template <class F>
+void each_piece_of_reduced(const Beam& beam, const State& s, F f) {
+  const BeamReduction reduced(beam);
+  const auto a = end_of(beam, 0, s), b = end_of(beam, 1, s);
+  const Vec2 d = b.place - a.place, u = b.velocity - a.velocity;
+  const double length = d.norm();
+  const Vec2 along = d / length, left = perp(along);
+  const double stretch = dot(along, u), spin = dot(left, u) / length;
+  const auto over_chord = [&](const Vec2& t) { return std::atan2(cross(along, t), dot(along, t)); };
+  const Eigen::Vector2d phi{over_chord(a.tangent), over_chord(b.tangent)}, rate{a.rate - spin, b.rate - spin};
+  for (int n = 0; n < beam.elements; ++n) {
+    const double share = (n + 0.5) / beam.elements, x = share * length, y = reduced.deflection.row(n) * phi,
+                 angle = reduced.rotation.row(n) * phi, rises = reduced.deflection.row(n) * rate,
+                 turns = reduced.rotation.row(n) * rate;
+    const Vec2 slope = std::cos(angle) * along + std::sin(angle) * left;
+    f(beam.first + n, Vec2(a.place + x * along + y * left), slope,
+      Vec2(a.velocity + (share * stretch - spin * y) * along + (rises + spin * x) * left),
+      Vec2((spin + turns) * perp(slope)), a);
+  }
+}
+
 /// Calls f(body, place, slope, velocity, rate of the slope, an end that is not free) for each piece.
 template <class F>
 void each_piece(const Mechanism& mechanism, const State& s, F f) {
   for (const auto& beam : mechanism.beams) {
     if (beam.is_free(0) || beam.is_free(1)) {
       each_piece_of_arc(beam, beam.is_free(0) ? 1 : 0, s, f);
+      continue;
+    }
+    if (beam.is_reduced()) {
+      each_piece_of_reduced(beam, s, f);
       continue;
     }
     const auto a = end_of(beam, 0, s), b = end_of(beam, 1, s);

@@ -1,6 +1,7 @@
 // Beams at the start. The bodies at the ends are assembled as if beams were rigid, if that is possible. The pieces of a
 // beam without stated positions lie on the cubic curve (Hermite) through its ends with its tangents there, and move
-// with it; those of a beam with a free end lie on its unloaded arc and move with the body at the other end.
+// with it; those of a beam with a free end lie on its unloaded arc and move with the body at the other end, those of a
+// reduced beam lie on its static deflection.
 #pragma once
 
 #include "mechanism/mechanism.hpp"

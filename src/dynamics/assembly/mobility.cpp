@@ -92,7 +92,7 @@ std::optional<DeadPoint> dead_point(const Mechanism& mechanism, double duration,
   const auto* drive = main_drive(mechanism);
   if (!drive || drive->speed == 0 || mechanism.bodies.size() > most_followed) return {};
   const auto ideal = idealised(mechanism);
-  const System system(ideal);
+  const System system(with_full_beams(ideal));  // beams limit no position
   IdealStart found;
   try {
     found.state = assemble(ideal, RunOptions::Start::ideal, &found.assumed);

@@ -143,7 +143,7 @@ struct Surveyed {
 /// The ideal mechanism in which the joint turns at a constant speed. Empty if other prescribed
 /// motions then have no defined time.
 std::optional<Surveyed> turning(const Mechanism& mechanism, int joint, const std::vector<double>& q) {
-  Surveyed s{idealised(mechanism)};
+  Surveyed s{with_full_beams(idealised(mechanism))};  // beams limit no position
   auto& m = s.mechanism;
   m.loads.clear();
   const auto* drive = main_drive(m);

@@ -47,6 +47,8 @@ struct Dynamics<BeamElement> : BeamElement {
 
   /// Stiffness (N/m, N m/rad, N m/rad) of the strains e, a + b and a − b, which are uncoupled.
   std::array<double, 3> stiffness() const { return {stretch, 0.5 * (own + other), 0.5 * (own - other)}; }
+  /// Bodies in the order of the entries of strain_rows(), with the number of their coordinates there.
+  std::array<std::array<int, 2>, 2> strain_columns() const { return {{{between[0], 3}, {between[1], 3}}}; }
   /// Their rates as rows on the velocities of the moving bodies. Returns the end of the values.
   double* strain_rows(const auto& m, const Link& link, double* values) const {
     const Shape<double> s(*this, m, link);

@@ -13,9 +13,10 @@ struct Sensor<Instrument::Kind::strain_gauge> {
   static constexpr auto senses = Sensing::force;
 
   static void keys(auto& k, auto& i) {
-    k.gauge({"beam", "", "the beam whose strain it shows"},
-            {"place", "m", "along the beam from its first end; the nearest boundary of pieces, or end, is taken"},
-            i);
+    k.gauge(
+        {"beam", "", "the beam whose strain it shows"},
+        {"place", "m", "along the beam from its first end; the nearest boundary of pieces, or end, is taken"},
+        i);
     k.take({"offset", "m", "from the neutral axis, positive to the left of the beam's direction"}, i.offset);
     low_pass_keys(k, i);
     sample_keys(k, i);

@@ -137,7 +137,7 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
   }
   void drive(const Key& key, const std::string& name) const { known_drive(key.name, name); }
   void gauge(const Key& beam, const Key& place, const Instrument& i) const {
-    named(beam.name, "beam", mechanism_.beams, i.beam);
+    gauged(beam.name, i.beam);
     need(place, i.place, non_negative);
   }
   template <class... Kinds>

@@ -104,6 +104,13 @@ class KeyRules {
   void known_drive(std::string_view key, std::string_view name) const {
     named(key, "drive", mechanism_.drives, name);
   }
+  /// The beam whose sections a strain gauge measures.
+  const Beam& gauged(std::string_view key, std::string_view name) const {
+    const auto& beam = mechanism_.beams[static_cast<std::size_t>(named(key, "beam", mechanism_.beams, name))];
+    if (beam.is_reduced())
+      fail(key, "must be a full beam: a reduced one has no sections; remove its key modes");
+    return beam;
+  }
   /// Refuses a joint of none of these kinds.
   template <class... Kinds>
   const Joint& of_kind(std::string_view key, int index) const {

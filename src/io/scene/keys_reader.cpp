@@ -313,8 +313,7 @@ void KeysReader::drive(const Key& key, std::string& drive) {
 
 void KeysReader::gauge(const Key& beam, const Key& place, Instrument& i) {
   i.beam = s_.text(beam.name);
-  const auto& found =
-      mechanism_.beams[static_cast<std::size_t>(named(beam.name, "beam", mechanism_.beams, i.beam))];
+  const auto& found = gauged(beam.name, i.beam);
   need(place, i.place, non_negative);
   check(i.place <= found.length, place.name, "must be at most the length of the beam, ", found.length, " m");
   const int section = static_cast<int>(std::lround(i.place / found.piece()));

@@ -180,8 +180,8 @@ TEST_CASE("every column of a run has a unit", "[figures][plot]") {
   for (const auto& list : {planar::names, planar::rate_names, planar::acceleration_names})
     for (const char* name : list) units("body." + std::string(name));
   using Kind = ForceElement::Kind;
-  for (const auto kind : {Kind::joint, Kind::contact, Kind::force, Kind::push, Kind::drive, Kind::torque,
-                          Kind::section}) {
+  for (const auto kind :
+       {Kind::joint, Kind::contact, Kind::force, Kind::push, Kind::drive, Kind::torque, Kind::section}) {
     const auto columns = force_parts(kind);
     for (const auto& [name, member] : columns.now) units("e." + std::string(name));
     for (const auto& [name, member] : columns.mean) units(fmt::format("e.{}_mean", name));

@@ -28,8 +28,7 @@ std::vector<double> frequencies(const std::string& text) {
   const System system(scene.mechanism);
   const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
   std::vector<double> list;
-  for (const auto& mode :
-       find_modes(system, find_equilibrium(scene.mechanism, system, from.q, {}), {}).modes)
+  for (const auto& mode : find_modes(system, find_equilibrium(scene.mechanism, system, from.q, {}), {}).modes)
     if (mode.kind == Mode::Kind::swing) list.push_back(std::abs(mode.s));
   return list;
 }
@@ -42,7 +41,8 @@ TEST_CASE("a beam between free ends has the frequencies of a free beam", "[beams
   for (const int n : {0, 1, 2}) {
     CAPTURE(n);
     const auto error = [&](double h) {
-      const auto found = frequencies(light("a", {0, 0}) + light("b", {1, 0}) + beam("a", "b", pieces(h), 1, 1e7));
+      const auto found =
+          frequencies(light("a", {0, 0}) + light("b", {1, 0}) + beam("a", "b", pieces(h), 1, 1e7));
       double nearest = INFINITY;
       for (const double w : found) nearest = std::min(nearest, std::abs(w / known[n] - 1));
       return nearest;
@@ -59,8 +59,9 @@ TEST_CASE("a heavy cable swings like a hanging chain", "[beams]") {
     CAPTURE(k);
     const double w = 0.5 * known[k] * std::sqrt(g);
     const auto error = [&](double h) {
-      const auto found = frequencies("gravity = [0.0, -9.81]\n" + light("top", {0, 0}, -0.5 * std::numbers::pi) +
-                                     test::pin("pin", "ground", "top") + beam("top", "free", pieces(h), 1e-8, 1e6));
+      const auto found =
+          frequencies("gravity = [0.0, -9.81]\n" + light("top", {0, 0}, -0.5 * std::numbers::pi) +
+                      test::pin("pin", "ground", "top") + beam("top", "free", pieces(h), 1e-8, 1e6));
       double nearest = INFINITY;
       for (const double x : found) nearest = std::min(nearest, std::abs(x / w - 1));
       return nearest;
@@ -74,9 +75,8 @@ TEST_CASE("beams on two supports bend by closed forms", "[beams]") {
   // Central force P on the middle piece of an odd number: P L³/(48 EI) on pins, P L³/(192 EI) between clamps.
   const double P = 1e-6;
   const auto middle = [&](const std::string& ends, const std::string& from, const std::string& to) {
-    const auto scene = parse_scene(ends + beam(from, to, 5, 1, 1e5) + test::force("f", "rod-3", {0, P}) +
-                                       test::run_for(1),
-                                   "beam");
+    const auto scene = parse_scene(
+        ends + beam(from, to, 5, 1, 1e5) + test::force("f", "rod-3", {0, P}) + test::run_for(1), "beam");
     const System system(scene.mechanism);
     const auto start = assemble(scene.mechanism, RunOptions::Start::assembled);
     const auto q = find_equilibrium(scene.mechanism, system, start.q, {}).state.q;
