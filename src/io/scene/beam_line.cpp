@@ -56,8 +56,7 @@ BeamLine line_of(const Beam& beam) {
   const auto end = [&](std::size_t k) -> Node {
     const bool begins = k == 0;
     const double length = begins ? 0 : beam.length;
-    if (beam.is_free(k))
-      return {begins ? beam.first : last, {begins ? -0.5 * l : 0.5 * l, 0}, 0, length};
+    if (beam.is_free(k)) return {begins ? beam.first : last, {begins ? -0.5 * l : 0.5 * l, 0}, 0, length};
     return {beam.between[k], beam.at[k], begins ? beam.angles.x() : beam.angles.y(), length};
   };
   std::vector<Node> nodes{end(0)};
