@@ -52,12 +52,11 @@ BeamLine line_of(const std::string& name, const std::vector<Node>& nodes, double
 BeamLine line_of(const Beam& beam) {
   const double l = beam.piece();
   const int last = beam.first + beam.elements - 1;
-  // An end without a body is half a piece beyond the middle of the outer piece.
+  // A free end is half a piece beyond the middle of the outer piece, which is rigid there.
   const auto end = [&](std::size_t k) -> Node {
     const bool begins = k == 0;
     const double length = begins ? 0 : beam.length;
-    if (beam.between[k] < ground)
-      return {begins ? beam.first : last, {begins ? -0.5 * l : 0.5 * l, 0}, 0, length};
+    if (beam.is_free(k)) return {begins ? beam.first : last, {begins ? -0.5 * l : 0.5 * l, 0}, 0, length};
     return {beam.between[k], beam.at[k], begins ? beam.angles.x() : beam.angles.y(), length};
   };
   std::vector<Node> nodes{end(0)};

@@ -117,9 +117,9 @@ TEST_CASE("a curved beam without load has no deflection to magnify", "[figures][
     CHECK((s.at - s.more).norm() < 2e-5 * radius);
 }
 
-TEST_CASE("an end without a body is half a piece beyond the outer middle", "[figures][beams]") {
+TEST_CASE("the line of a beam reaches its free end, half a piece beyond the outer middle", "[figures][beams]") {
   Mechanism mechanism = cantilever().mechanism;
-  mechanism.beams.front().between[1] = ground - 1;
+  mechanism.beams.front().between[1] = free_end;
   const auto line = beam_lines(mechanism).front();
   const double a = 0.3;
   // The last piece at (3, 4), turned by a.
