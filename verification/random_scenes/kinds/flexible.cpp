@@ -1,7 +1,7 @@
 // Random mechanisms with one to three beams: trees in flight and on the ground, four-bars and slider-cranks.
 //
 // A beam of length L, wave speed c and slenderness λ has bending frequencies of about 3c/(λL): speeds are a small
-// part of c/λ, so that beams bend by a small part of a radian. A run lasts two hundred radians of the highest
+// part of c/λ, so that beams bend by a small part of a radian. A run lasts 150 radians of the highest
 // frequency, and gaps are a share of the distance that bodies move in that time.
 #include <algorithm>
 #include <vector>
@@ -88,7 +88,7 @@ class Stage {
   }
 
   /// s, of a run; m, a distance that bodies with the scene's speed move in a share of it.
-  double time() const { return std::min(200 / fastest, 4 * length / speed); }
+  double time() const { return std::min(150 / fastest, 4 * length / speed); }
   double gap() { return speed * time() * draw.between(0.03, 0.3); }
 
   /// A disc, wall or peg that a body of radius R (m) meets; `moving`: a free disc only.
