@@ -21,9 +21,9 @@ constexpr double EI = 2.1e11 * 20e-3 * 5e-3 * 5e-3 * 5e-3 / 12, EA = 2.1e11 * 20
 }  // namespace
 
 TEST_CASE("fixed steps far beyond the periods of axial waves keep order and energy", "[beams]") {
-  // Axial waves between pieces have up to 1.65e5 rad/s: explicit steps end at 12 µs. The first bending period is 0.1 s,
-  // the second 0.017 s, which steps from 2 ms on resolve. Small deflections are linear: the midpoint rule keeps energy.
-  const auto text = strip("velocity = [0.0, 0.1]\n") + test::run_for(0.2);
+  // Axial waves between pieces have up to 1.65e5 rad/s: explicit steps end at 12 µs. The first bending period is 0.1 s;
+  // damping leaves hardly anything of modes from the third on, 1e3 rad/s, so that steps of 0.4 ms resolve the motion.
+  const auto text = strip("velocity = [0.0, 0.1]\n", "damping = 1e-4\n") + test::run_for(0.2);
   const auto at_end = [&](const test::Way& way) {
     const auto motion = test::motion_rows(test::scene_by(way, text), Family::nonsmooth, 0.2);
     const auto& ledger = motion.run.ledger;
@@ -35,7 +35,7 @@ TEST_CASE("fixed steps far beyond the periods of axial waves keep order and ener
     CHECK(lost < 1e-4);
     return std::abs(y - exact);
   };
-  test::check_order({2e-3, 1e-3, 0.5e-3, 0.25e-3}, error, 1.7, 2.3);
+  test::check_order({4e-4, 2e-4, 1e-4, 5e-5}, error, 1.7, 2.3);
 }
 
 TEST_CASE("damped beams need no short fixed steps", "[beams]") {
@@ -63,8 +63,11 @@ TEST_CASE("sections of a beam have the forces and moments of statics", "[beams]"
       "[instruments.gauge]\ntype = \"strain-gauge\"\nbeam = \"strip\"\nplace = 0.0\noffset = 2.5e-3\n"
       "bandwidth = 1000\nsampling = 5000\n" +
       test::run_for(0.02) + "start = \"equilibrium\"\n";
-  for (const auto& way : {test::event_driven, test::fixed_steps(1e-3), test::penalty}) {
+  // A tolerance of 1e-12 of the length is EA/l of 3e8 N/m times 5e-13 m.
+  for (const auto& way : {test::event_driven, test::fixed_steps(1e-3),
+                          test::Way{"penalty", Family::penalty, {}, 0, {"penalty.tolerance=1e-12"}}}) {
     CAPTURE(way.name);
+    const double rounding = way.penalty() ? 1e-3 : 1e-9;  // N
     const auto scene = test::scene_by(way, text);
     Simulation simulation(scene, test::name_of(way.family));
     test::LastForces forces;
@@ -79,7 +82,7 @@ TEST_CASE("sections of a beam have the forces and moments of statics", "[beams]"
       REQUIRE(at != forces.elements.end());
       const auto& f = forces.now.elements[static_cast<std::size_t>(at - forces.elements.begin())];
       const double arm = 0.5 - n * 0.0625;
-      CHECK(f.fn == Approx(H).epsilon(1e-6));
+      CHECK(f.fn == Approx(H).margin(rounding).epsilon(1e-6));
       CHECK(std::abs(f.bending - P * arm) < 2 * H * shortened + 1e-9);
       CHECK(std::abs(f.ft - P) < H * 2 * shortened / 0.5 + 1e-9);
     }
@@ -105,8 +108,10 @@ TEST_CASE("forces of beams balance the motion of their pieces", "[beams]") {
     Simulation simulation(scene, test::name_of(way.family));
     verification::BalanceWatch watch(scene.mechanism, way.fixed(), 0.01, 1);
     test::finished(simulation, {&watch});
-    CHECK(watch.linear() < 1e-9);
-    CHECK(watch.angular() < 1e-9);
+    // Impulses of adaptive methods are integrals of their dense output.
+    const double most = way.fixed() ? 1e-9 : 2e-6;
+    CHECK(watch.linear() < most);
+    CHECK(watch.angular() < most);
   }
 }
 
@@ -144,10 +149,10 @@ TEST_CASE("a stiff rod tends to the rigid rod with the first order in 1/EI", "[b
         test::Way{"penalty", Family::penalty, {}, 0, {"penalty.integrator=\"rosenbrock4\""}}}) {
     CAPTURE(way.name);
     const auto angles = [&](double stiffer) {
-      const auto scene = test::scene_by(way, rig(stiffer, "") + test::run_for(0.05));
+      const auto scene = test::scene_by(way, rig(stiffer, "", 4) + test::run_for(0.02));
       const auto& bodies = scene.mechanism.bodies;
       const auto at = static_cast<std::size_t>(
-          std::ranges::find(bodies, std::isinf(stiffer) ? "rod" : "rod-3", &Body::name) - bodies.begin());
+          std::ranges::find(bodies, std::isinf(stiffer) ? "rod" : "rod-2", &Body::name) - bodies.begin());
       std::vector<double> list;
       for (const auto& row : test::motion_rows(scene, way.family, 1e-3).rows)
         list.push_back(row.q[3 * at + 2]);
@@ -167,7 +172,8 @@ TEST_CASE("a stiff rod tends to the rigid rod with the first order in 1/EI", "[b
 
 TEST_CASE("the first impact of a stiff rod tends to that of the rigid rod", "[beams]") {
   const auto pin = test::loose(0.25e-3, 11.125e-3);
-  const auto more = test::surface("s", 0.46) + test::run_for(0.03) + "start = \"ideal\"\n";
+  const auto more = test::surface("s", 0.46, "young = 207e9\npoisson = 0.3\n") + test::run_for(0.03) +
+                    "start = \"ideal\"\n";
   for (const auto& way : {test::event_driven, test::penalty}) {
     CAPTURE(way.name);
     const auto onset = [&](double stiffer) {
