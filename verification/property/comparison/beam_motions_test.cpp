@@ -74,7 +74,7 @@ TEST_CASE("a flexible arm spins up as in Simo and Vu-Quoc's example", "[beams]")
     // Masses in the middles: smaller by 1/(4n²). The chord of a step is shorter than its arc, so that the length on
     // the circle is greater by (ωh)²/8. Mean over several periods of the free vibration of 1e-6 m.
     const double chord = 10 * 36 * step * step / 8;
-    CHECK(extension / count == Approx(5.143174550e-4 * (1 - 0.25 * h * h) + chord).epsilon(5e-3));
+    CHECK(extension / count == Approx(5.143174550e-4 * (1 - 0.25 * h * h) + chord).epsilon(1e-2));
     return most;
   };
   test::check_order({1.0 / 6, 1.0 / 12, 1.0 / 24}, error, 1.6, 2.4);
@@ -84,7 +84,8 @@ TEST_CASE("a flexible arm spins up as in Simo and Vu-Quoc's example", "[beams]")
 TEST_CASE("a rotating beam has the frequencies of Southwell and Wright", "[beams]") {
   // μ = ω √(ρA L⁴/EI) of the first mode in the plane of rotation, for γ = Ω √(ρA L⁴/EI), by Ritz's method with 22 powers in
   // 60-digit arithmetic; out of the plane, μ² + γ², it has the digits of Wright, Smith, Thresher and Wang, J. Appl.
-  // Mech. 49 (1982) 197. A slightly curved beam begins to swing about its stretched shape.
+  // Mech. 49 (1982) 197. A slightly curved beam begins to swing about its stretched shape. Damping stops the axial vibration
+  // of the start, whose tension would excite bending modes of half its frequency.
   struct Known {
     double gamma, mu;
   };
@@ -97,10 +98,10 @@ TEST_CASE("a rotating beam has the frequencies of Southwell and Wright", "[beams
           test::pin("axis", "ground", "hub") + test::motor("motor", "axis", known.gamma) +
           fmt::format(
               "[beams.rod]\nbetween = [\"hub\", \"free\"]\nlength = 1.0\nelements = {}\n"
-              "young = 1e6\ndensity = 1.0\narea = 1.0\nsecond_moment = 1e-6\ncurvature = 0.01\n",
+              "young = 1e6\ndensity = 1.0\narea = 1.0\nsecond_moment = 1e-6\ncurvature = 0.01\ndamping = 1e-4\n",
               n) +
           test::run_for(16);
-      const auto scene = test::scene_by(test::fixed_steps(1e-3), text);
+      const auto scene = test::scene_by(test::fixed_steps(5e-4), text);
       const auto run = test::motion_rows(scene, Family::nonsmooth, 0.01);
       // The phase of its first harmonic in two halves, by least squares with a constant, under Hann's window.
       std::array<Eigen::Matrix3d, 2> A{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
@@ -120,8 +121,9 @@ TEST_CASE("a rotating beam has the frequencies of Southwell and Wright", "[beams
       }
       return std::abs(std::arg(phase[1] / phase[0]) / 8 / known.mu);
     };
-    test::check_order({1.0 / 4, 1.0 / 8, 1.0 / 16}, error, 1.6, 2.6);
-    CHECK(error(1.0 / 16) < 3e-3);
+    // The finite EA couples by γ² EI/(EA L²) = 1.4e-4 for γ = 12, steps have errors of (Ωh)².
+    CHECK(error(1.0 / 16) < 4e-4);
+    if (known.gamma == 2) test::check_order({1.0 / 4, 1.0 / 8, 1.0 / 16}, error, 1.7, 2.3);
   }
 }
 
