@@ -293,15 +293,6 @@ void System::place_load(Builder& builder, const Element& element) {
         for (int k = 0; k < facts.states(); ++k) state_scales_.push_back(facts.state_scale(k));
         velocity_flows_ |= facts.needs_velocity();
       }
-    if constexpr (requires { facts.stiffness(); })
-      for (const double k : facts.stiffness()) {
-        elastic_.stiffness.push_back(k);
-        elastic_.damping.push_back(facts.damping);
-        for (const auto& [body, coordinates] : facts.strain_columns())
-          for (int c = 0; body != ground && c < coordinates; ++c)
-            elastic_.pattern.column.push_back(3 * body + c);
-        elastic_.pattern.end_row();
-      }
     if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
     const auto hold = [&](Phase phase) {
       placed.phase = phases();
@@ -371,6 +362,18 @@ System::System(const Mechanism& m) : placed_(std::make_shared<PlacedElements>())
   each(m.drives, [&](const auto& drive, int) { place_load(builder, drive); });
   if (const int joint = crank_joint(m); joint >= 0) crank_ = builder.joint_link(joint);
   each(m.loads, [&](const auto& load, int) { place_load(builder, load); });
+  // In the order of elastic_rows().
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.stiffness(); })
+      for (const double k : x.facts.stiffness()) {
+        elastic_.stiffness.push_back(k);
+        elastic_.damping.push_back(x.facts.damping);
+        for (const auto& [body, coordinates] : x.facts.strain_columns())
+          for (int c = 0; body != ground && c < coordinates; ++c)
+            elastic_.pattern.column.push_back(3 * body + c);
+        elastic_.pattern.end_row();
+      }
+  });
   add_families();
   list_elements(m);
   size_ = longest_arm_;

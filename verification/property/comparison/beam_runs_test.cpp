@@ -183,3 +183,19 @@ TEST_CASE("the first impact of a stiff rod tends to that of the rigid rod", "[be
         {1, 0.25, 0.0625}, [&](double c) { return std::abs(onset(1 / c) - rigid); }, 0.7, 1.3);
   }
 }
+
+TEST_CASE("a reduced beam keeps its motion in fixed steps beyond its axial vibration", "[beams]") {
+  // Half of the pieces' modes; the deflection of the damped strip against the event-driven run of the same scene.
+  const auto text = strip("velocity = [0.0, 0.1]\n", "modes = 4\ndamping = 1e-4\n") + test::run_for(0.2);
+  const auto run = [&](const test::Way& way) {
+    return test::motion_rows(test::scene_by(way, text), Family::nonsmooth, 0.2);
+  };
+  const double exact = run(test::event_driven).rows.back().q[1];
+  const auto error = [&](double h) {
+    const auto motion = run(test::fixed_steps(h));
+    CHECK(std::abs(motion.run.ledger.closure()) < 1e-4 * motion.run.ledger.scale());
+    CHECK(motion.run.work.rhs <= 4 * motion.run.work.steps);  // the damping is implicit
+    return std::abs(motion.rows.back().q[1] - exact);
+  };
+  test::check_order({4e-4, 2e-4, 1e-4}, error, 1.7, 2.3);
+}
