@@ -592,9 +592,9 @@ TEST_CASE("a slider-crank moves with a reduced rod as with a full one, in fewer 
   const auto scene = [](const std::string& keys) {
     return parse_scene(
         test::body("crank", 1, 1e-3) + test::body("big_end", 0.1, 1e-5) + test::body("eye", 5e-3, 1e-7) +
-            test::body("slider", 5e-3, 1e-6, "position = [0.15, 0.0]\n") + test::pin("main", "ground", "crank") +
-            test::pin("big", "crank", "big_end", {0.05, 0}) + test::pin("gudgeon", "eye", "slider") +
-            test::guide("guide", "ground", "slider") +
+            test::body("slider", 5e-3, 1e-6, "position = [0.15, 0.0]\n") +
+            test::pin("main", "ground", "crank") + test::pin("big", "crank", "big_end", {0.05, 0}) +
+            test::pin("gudgeon", "eye", "slider") + test::guide("guide", "ground", "slider") +
             test::drive("motor", "main", "speed = 20\ninitial_angle = 1\n") +
             "[beams.rod]\nbetween = [\"big_end\", \"eye\"]\nlength = 0.12\nyoung = 2e9\ndensity = 7800\n"
             "section = \"circle\"\ndiameter = 5e-3\nelements = 7\n" +

@@ -90,11 +90,10 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   scene.nonsmooth.scheme = Scheme::moreau_jean;
   scene.nonsmooth.step.reset();
   write(scene);
-  for (const char* section :
-       {"area = 1e-4\nsecond_moment = 1e-9\nmodes = 2\n",
-        "section = \"rectangle\"\nwidth = 0.01\nheight = 0.01\n",
-        "section = \"tube\"\ndiameter = 0.02\nwall = 0.001\n",
-        "section = \"circle\"\nsections = [[0, 0.02], [0.5, 0.01]]\n"})
+  for (const char* section : {"area = 1e-4\nsecond_moment = 1e-9\nmodes = 2\n",
+                              "section = \"rectangle\"\nwidth = 0.01\nheight = 0.01\n",
+                              "section = \"tube\"\ndiameter = 0.02\nwall = 0.001\n",
+                              "section = \"circle\"\nsections = [[0, 0.02], [0.5, 0.01]]\n"})
     write(parse_scene(
         test::body("a", 1, 1) +
             "[beams.rod]\nbetween = [\"ground\", \"a\"]\nlength = 1\nyoung = 2e11\ndensity = 8e3\n" +

@@ -117,7 +117,8 @@ TEST_CASE("a curved beam without load has no deflection to magnify", "[figures][
     CHECK((s.at - s.more).norm() < 2e-5 * radius);
 }
 
-TEST_CASE("the line of a beam reaches its free end, half a piece beyond the outer middle", "[figures][beams]") {
+TEST_CASE("the line of a beam reaches its free end, half a piece beyond the outer middle",
+          "[figures][beams]") {
   Mechanism mechanism = cantilever().mechanism;
   mechanism.beams.front().between[1] = free_end;
   const auto line = beam_lines(mechanism).front();
