@@ -92,7 +92,9 @@ TEST_CASE("a canonical text names every key of the schema", "[scene]") {
   write(scene);
   for (const char* section : {"area = 1e-4\nsecond_moment = 1e-9\nmodes = 2\n",
                               "section = \"rectangle\"\nwidth = 0.01\nheight = 0.01\n",
-                              "section = \"tube\"\ndiameter = 0.02\nwall = 0.001\n",
+                              "section = \"tube\"\ndiameter = 0.02\nwall = 0.001\n[instruments.gauge]\n"
+                              "type = \"strain-gauge\"\nbeam = \"rod\"\nplace = 0.5\noffset = 0.01\n"
+                              "bandwidth = 10\nsampling = 100\n",
                               "section = \"circle\"\nsections = [[0, 0.02], [0.5, 0.01]]\n"})
     write(parse_scene(
         test::body("a", 1, 1) +
