@@ -116,9 +116,9 @@ void ForceReport::friction(int k, const double* q, const double* v, const Evalua
   f.power += weight * force * row.dot(v);
 }
 
-void ForceReport::elastic(const double* q, const Evaluation& e, const double* change, double weight,
+void ForceReport::elastic(const double* q, const Evaluation& e, const double* displacement, double weight,
                           Forces& out) const {
-  const Motion<double> motion{0, q, change, e, {}};
+  const Motion<double> motion{0, q, displacement, e, {}};
   for_each_item(placed->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.resist(motion, x.link, std::declval<Reported&>()); }) {
       Reported reported{motion, weight, out.elements[x.element]};
