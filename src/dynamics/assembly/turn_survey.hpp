@@ -59,6 +59,6 @@ struct TurnSurvey {
 /// (crank_joint()). Empty if there is none, if other prescribed motions depend on time and no drive
 /// has a constant speed, if the ideal mechanism is not closed near q, and for more than
 /// most_followed bodies.
-std::optional<TurnSurvey> survey_turn(const Mechanism& mechanism, const std::vector<double>& q);
+std::optional<TurnSurvey> survey_turn(const Mechanism& mechanism, const std::vector<double>& start);
 
 }  // namespace freeplay
