@@ -55,9 +55,9 @@ struct TurnSurvey {
   std::vector<TransmissionAngle> transmission;
 };
 
-/// The survey from the pose q of the start. The driven joint is that of the crank angle
+/// The survey from the pose `start`. The driven joint is that of the crank angle
 /// (crank_joint()). Empty if there is none, if other prescribed motions depend on time and no drive
-/// has a constant speed, if the ideal mechanism is not closed near q, and for more than
+/// has a constant speed, if the ideal mechanism is not closed near it, and for more than
 /// most_followed bodies.
 std::optional<TurnSurvey> survey_turn(const Mechanism& mechanism, const std::vector<double>& start);
 
