@@ -10,9 +10,11 @@ the [long] and [slow] ones and those that take longer than asked.
 """
 import concurrent.futures
 import json
+import math
 import os
 import pathlib
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -150,17 +152,18 @@ class Suite:
         done, running, lock, verdicts = threading.Event(), {}, threading.Lock(), []
 
         def run(part):
-            limit = 60 + 5 * self.seconds[part]
+            limit = math.ceil(60 + 5 * self.seconds[part])  # s of CPU time: other work beside it is no fault
+            limited = lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
             with lock:
                 if done.is_set():
                     return
                 log = self.copy.place / f"judged-{part}.log"
                 with open(log, "w") as out:
                     child = subprocess.Popen([self.program, "-#", "--abort", f"[#{part}]{CHOSEN}"], cwd=self.copy.tree, stdout=out,
-                                             stderr=out, stdin=subprocess.DEVNULL, start_new_session=True)
+                                             stderr=out, stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=limited)
                 running[part] = child
             try:
-                status = child.wait(limit)
+                status = child.wait(10 * limit)  # for one that waits without computing
             except subprocess.TimeoutExpired:
                 os.killpg(child.pid, signal.SIGKILL)  # and its child processes
                 child.wait()
@@ -173,8 +176,8 @@ class Suite:
                     return
                 first = re.search(r"^-{20,}\n(.*?)(?:\n|$)", text, re.M)
                 by = f"{part}: {first[1].strip() if first else (text.strip().splitlines() or ['nothing is printed'])[-1]}"
-                if status is None:
-                    verdicts.append(("time", f"{part} after {limit:.0f} s"))
+                if status in (None, -signal.SIGXCPU):
+                    verdicts.append(("time", f"{part} after {limit} s"))
                 elif status < 0 or "fatal error condition" in text:
                     verdicts.append(("crash", by))
                     return  # continues: another part may detect it without a crash
