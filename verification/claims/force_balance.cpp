@@ -70,6 +70,7 @@ ForceBalance::ForceBalance(const Mechanism& mechanism, const Layout& layout)
       if (const auto* l = std::get_if<ForceLoad>(&load); l && l->name == e.name) at_[i] = l->at;
       if (const auto* l = std::get_if<SpringDamper>(&load); l && l->name == e.name) at_[i] = l->at[1];
       if (const auto* l = std::get_if<BumpStop>(&load); l && l->name == e.name) at_[i] = l->at[1];
+      if (const auto* l = std::get_if<BeamElement>(&load)) arm_ = std::max(arm_, l->length);
     }
   }
 }
@@ -107,7 +108,7 @@ std::vector<ForceBalance::Sum> ForceBalance::own(std::span<const ElementForce> e
       s.fy += sign * f.fy;
       s.m += m;
       s.force = std::max(s.force, std::hypot(f.fx, f.fy));
-      s.moment = std::max(s.moment, std::abs(m));
+      s.moment = std::max({s.moment, std::abs(m), 1e-10 * arm_ * std::hypot(f.fx, f.fy)});
     }
   return sums;
 }

@@ -66,6 +66,9 @@ class ForceBalance {
   // ±1: sign of the moment that friction adds on the first body, since it acts on two round
   // surfaces that are a gap apart; 0 for other elements
   std::vector<double> overlap_;
+  /// m, the longest piece of a beam. Straight beams have moments of zero: the rounding of force times arm, 1e-16, is
+  /// no residual, which is significant from 1e-6 of the greatest term.
+  double arm_ = 0;
 };
 
 /// Evaluates the balance during a run, in every `every`-th step: of forces at three instants of the

@@ -14,13 +14,13 @@ namespace {
 /// The run reports a motion that friction does not determine.
 constexpr std::string_view paradox = "Painlevé";
 
-/// Accumulated error of a run in tolerances: that of a thousand steps.
-constexpr double steps = 1e3;
+/// Accumulated error of a run in tolerances: that of its steps, a thousand at least.
+double steps(const Subject& s) { return std::max(1e3, static_cast<double>(s.sight.result.work.steps)); }
 
 /// The relative change of the parameters that is equivalent to the errors of the method within its
 /// steps.
 Allowed allowed(const Subject& s, double tolerance) {
-  if (!s.way.stepped) return {.share = steps * tolerance, .own = 10 * tolerance};
+  if (!s.way.stepped) return {.share = steps(s) * tolerance, .own = 10 * tolerance};
   return {.share = 2 * *s.scene.nonsmooth.step, .late = 2 * *s.scene.nonsmooth.step, .speeds = false};
 }
 
@@ -80,7 +80,8 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     // lasts 2v/g̈ = 2 v C/C′. Time stepping may miss one that lasts no longer than a few steps.
     if (stepped && 2 * touch.speed * r.sensitivity_t[k] < 4 * allowed.late * r.sensitivity_speed[k])
       return {};
-    const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) + 1e-12 * r.greatest_speed;
+    const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) +
+                           1e-12 * r.greatest_speed + allowed.own * fastest;
     // A contact with a speed below the error of the bodies' speeds may be absent.
     if (allowed.speeds && touch.speed <= bound_v + share(k) * fastest) return {};
     // A contact is not compared if its time error exceeds half of the flight.
@@ -188,7 +189,7 @@ std::optional<std::string> stiffer(Subject& s) {
     if (a.contact != r.touches[k].contact || b.contact != a.contact) return {};
     // A contact that takes a share of the time between two contacts has the effect of parameters
     // that differ by that share; so does a contact whose normal rotates with the sliding meanwhile.
-    const double bound = 3 * spent + steps * s.tolerance() * (r.sensitivity_t[k] + a.t) +
+    const double bound = 3 * spent + steps(s) * s.tolerance() * (r.sensitivity_t[k] + a.t) +
                          (k ? 10 * (spent / r.shortest_interval(k) + turned) * r.sensitivity_t[k] : 0) +
                          1e-12 * a.t;
     if (!(bound < 0.5 * r.shortest_interval(k))) return {};
@@ -218,7 +219,7 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
   const double h = s.way.stepped ? *s.scene.nonsmooth.step : 0;
   for (std::size_t k = 0; k < std::min(r.touches.size(), s.sight.touches.size()); ++k) {
     const auto& a = s.sight.touches[k];
-    const double share = s.way.stepped ? 2 * h / r.shortest_interval(k) : steps * s.tolerance();
+    const double share = s.way.stepped ? 2 * h / r.shortest_interval(k) : steps(s) * s.tolerance();
     const double bound = share * (r.sensitivity_t[k] + a.t) + h + 1e-12 * a.t +
                          1e-13 * r.position / std::max(r.touches[k].speed, 1e-300);
     if (!(bound < 0.5 * r.shortest_interval(k)) || a.t + bound >= until) return {};
@@ -288,7 +289,7 @@ std::optional<std::string> backwards(Subject& s) {
   for (std::size_t i = 0; i < start.q.size(); ++i)
     most[i % 3 == 2] = std::max(most[i % 3 == 2], std::abs(twin.q[i] - end.q[i]) / Reference::nudge);
   for (std::size_t i = 0; i < start.q.size(); ++i) {
-    const double bound = 2 * steps * s.tolerance() * (size[i % 3 == 2] + most[i % 3 == 2]);
+    const double bound = 2 * steps(s) * s.tolerance() * (size[i % 3 == 2] + most[i % 3 == 2]);
     const double off = std::abs(end.q[i] - start.q[i]);
     if (most[i % 3 == 2] * Reference::nudge > 1e-2 * size[i % 3 == 2]) return {};
     if (!(off <= bound))
