@@ -61,6 +61,10 @@ std::string curvature_key(const Scene& scene, const std::string& contact) {
 
 ElasticLaw point_elastic(const Scene& scene, const ContactFacts& contact) {
   if (contact.stiffness) return linear_elastic(*contact.stiffness);
+  for (const auto& joint : scene.mechanism.joints)  // a ratio has no geometry from which it follows
+    if (std::holds_alternative<RatioJoint>(joint) && contact.name.starts_with(name_of(joint) + "."))
+      missing(fmt::format("joints.{}.mesh_stiffness", name_of(joint)),
+              "a penalty contact of a ratio computes its force from it");
   const auto& surface = contact.surface;
   if (!surface.young)
     missing(surface_key(contact, "young"), "a penalty contact computes its stiffness from it");

@@ -48,6 +48,10 @@ class Builder {
   /// Prescribes the angle, or with `axis` the position along it, as a function of time or, if
   /// `of` ≥ 0, of the angle of joint `of`.
   void motion(const Link& link, const Piecewise& course, const Vec2* axis, int of, const std::string& name);
+  /// The straight line y = ratio φ + offset of the angle φ of joint `of`, for the angle or the
+  /// position along `axis`.
+  void ratio(const Link& link, double ratio, double offset, const Vec2* axis, int of,
+             const std::string& name);
   template <class Mesh>
   void mesh(const Link& link, const Mesh& mesh, const std::string& name) {
     s_.rows_.rare = true;
@@ -101,6 +105,8 @@ class Builder {
   int entry(int column, double constant);
   void end_row(const std::string& name, bool angle);
   void turn_entries(const Link& link);
+  /// A row of a motion with its entries; of < 0: against time.
+  MotionRow motion_row(const Link& link, const Piecewise& course, const Vec2* axis, int of);
 
   System& s_;
   const Mechanism& mechanism_;

@@ -19,6 +19,8 @@ struct Reported {
     f.m_first -= weight * torque;
     f.power += weight * (torque * motion.spin(link));
   }
+  /// Not the reported force, but part of its power.
+  void beside(const Link& link, double torque) const { f.power += weight * (torque * motion.spin(link)); }
   void couples(const Link& link, double on_i, double on_j) const {
     f.m += weight * on_j;
     f.m_second += weight * on_j;

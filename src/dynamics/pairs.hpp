@@ -1,5 +1,5 @@
 // Kinds of contact pair, each with its gap and rates: two circles, a disc and a wall, the stop of an angle, a
-// tooth flank. Pairs of cams are in cam_pairs.hpp.
+// tooth flank, the backlash of a ratio. Pairs of cams are in cam_pairs.hpp.
 #pragma once
 
 #include "dynamics/evaluation.hpp"
@@ -241,6 +241,54 @@ struct FlankPair {
         -(dot(f.along, centripetal(a.ri, wi, a.rj, wj)) + mesh.velocity_terms(f, a.d, rate, wi, wj));
     push(row.normal, i, back, T(cross(a.ri, back) + f.turn_i));
     push(row.normal, j, f.along, T(cross(a.rj, f.along) + f.turn_j));
+  }
+};
+
+// Backlash of a ratio between two joints whose other bodies are the ground: linear in the angles of
+// both moving bodies, or in the angle of the first and the place of the second's point P along a fixed
+// direction A,
+//
+//     g = rest + ρ_i θ_i + ρ_j θ_j + A·P,    ġ = ρ_i ω_i + ρ_j ω_j + A·Ṗ
+//     P̈ = ẍ_j + α_j perp r_j − ω_j² r_j
+
+struct RatioPair {
+  Link link;                      ///< si is zero
+  double rest = 0;                ///< m
+  double turn_i = 0, turn_j = 0;  ///< m, ρ
+  Vec2 along{0, 0};               ///< A; zero: the second joint turns
+
+  double gap(const double* q, const Vec2&, const Evaluation& e) const {
+    return gap_at(q, turned(link.j, link.sj, e));
+  }
+  /// Bounds on the gap's second derivative within a step.
+  GapMotion motion(const MotionBounds& bounds, const Vec2&) const {
+    const int i = planar::first(link.i), j = planar::first(link.j);
+    const auto& a = bounds.acceleration;
+    const double turn = bounds.speed[j + 2];
+    GapMotion m;
+    m.acceleration = std::abs(turn_i) * a[i + 2] + std::abs(turn_j) * a[j + 2] + std::abs(along.x()) * a[j] +
+                     std::abs(along.y()) * a[j + 1] + link.sj.norm() * (turn * turn + a[j + 2]);
+    return m;
+  }
+  /// Zero: a closed contact cannot be passed through.
+  double passage(const double*, double) const { return 0; }
+
+  template <class T>
+  void rows(const Arms<T>& a, const T* q, const T* v, const EvaluationOf<T>&, ContactRowOf<T>& row) const {
+    const Vec2Of<T> direction{T(along.x()), T(along.y())};
+    const T turn = omega(v, link.j);
+    row.gap = gap_at(q, a.rj);
+    row.gamma_n = turn * turn * dot(direction, a.rj);
+    push(row.normal, link.i, {T(0), T(0)}, T(turn_i));
+    push(row.normal, link.j, direction, T(cross(a.rj, direction) + turn_j));
+  }
+
+ private:
+  template <class T>
+  T gap_at(const T* q, const Vec2Of<T>& arm) const {
+    const int j = planar::first(link.j);
+    return rest + turn_i * theta(q, link.i) + turn_j * theta(q, link.j) + along.x() * (q[j] + arm.x()) +
+           along.y() * (q[j + 1] + arm.y());
   }
 };
 

@@ -110,6 +110,10 @@ class Check {
   }
   void look(const GearJoint& j) const { turning(j.between, "between", "give the body inertia"); }
   void look(const RackJoint& j) const { turning(j.between, "between", "give the body inertia"); }
+  void look(const RatioJoint& j) const {
+    joint_angle(j.joint, "joint", "give the body inertia");
+    joint_angle(j.of, "of", "give the body inertia");
+  }
 
   void look(const PlaneContact& c) const {
     second_only(c, "the plane");

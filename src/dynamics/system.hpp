@@ -216,6 +216,11 @@ class System {
   friend class Builder;
 
   void list_elements(const Mechanism& mechanism);
+  /// Number of rows along curves: prescribed motions and ratios.
+  int motion_rows() const {
+    return static_cast<int>(std::get<std::vector<MotionRow>>(rows_.kinds).size() +
+                            std::get<std::vector<RatioRow>>(rows_.kinds).size());
+  }
   /// Calls f with every constraint row. Kinds of rows that few mechanisms have are skipped
   /// together.
   template <class F>
@@ -229,6 +234,7 @@ class System {
     over(std::get<std::vector<SpeedRow>>(rows_.kinds));
     if (!rows_.rare) return;
     over(std::get<std::vector<MotionRow>>(rows_.kinds));
+    over(std::get<std::vector<RatioRow>>(rows_.kinds));
     over(std::get<std::vector<MeshRow<InvoluteMesh>>>(rows_.kinds));
     over(std::get<std::vector<MeshRow<RackMesh>>>(rows_.kinds));
     over(std::get<std::vector<DistanceRow>>(rows_.kinds));

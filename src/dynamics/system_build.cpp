@@ -149,11 +149,9 @@ void Builder::prescribed(const Link& link, double angle, double speed, const std
   end_row(name, true);
 }
 
-void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
-                     const std::string& name) {
+MotionRow Builder::motion_row(const Link& link, const Piecewise& course, const Vec2* axis, int of) {
   s_.rows_.rare = true;
-  auto& motions = std::get<std::vector<MotionRow>>(s_.rows_.kinds);
-  MotionRow m{link, s_.rows_.pattern.rows, static_cast<int>(motions.size()), course};
+  MotionRow m{link, s_.rows_.pattern.rows, s_.motion_rows(), course};
   const auto turn = [&](int body) {
     const double none = 0;
     if (body == ground) return -1;
@@ -188,6 +186,24 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
     m.other = joint_link(of);
     m.other_i = turn(m.other.i);
     m.other_j = turn(m.other.j);
+  }
+  return m;
+}
+
+void Builder::ratio(const Link& link, double ratio, double offset, const Vec2* axis, int of,
+                    const std::string& name) {
+  Piecewise::Stretch line;
+  line.c[0] = offset;
+  line.c[1] = ratio;
+  if (axis) reach(std::abs(ratio));  // the radius of a pinion may be the only length of the mechanism
+  std::get<std::vector<RatioRow>>(s_.rows_.kinds).push_back({motion_row(link, Piecewise({line}), axis, of)});
+  end_row(name, !axis);
+}
+
+void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis, int of,
+                     const std::string& name) {
+  auto m = motion_row(link, course, axis, of);
+  if (m.follows) {
     if (axis) reach(course.greatest().value);  // a lift may be the only length of the mechanism
     // No step passes a knot: a narrow rise is between two of them.
     if (auto knots = course.knots(); !knots.empty()) {
@@ -199,7 +215,7 @@ void Builder::motion(const Link& link, const Piecewise& course, const Vec2* axis
   const auto x = m.follows ? Argument::angle : Argument::time;
   if (auto reader = reader_of(name, course, x, m.follows ? m.other : link))
     s_.curves_.readers.push_back(std::move(*reader));
-  motions.push_back(m);
+  std::get<std::vector<MotionRow>>(s_.rows_.kinds).push_back(m);
   end_row(name, !axis);
 }
 
@@ -427,7 +443,7 @@ EvaluationOf<T> System::make_evaluation() const {
   e.phi.assign(rows(), 0);
   e.phi_t.assign(rows(), 0);
   e.gamma.assign(rows(), 0);
-  e.bend.assign(std::get<std::vector<MotionRow>>(rows_.kinds).size(), 0);
+  e.bend.assign(motion_rows(), 0);
   for (const auto& d : std::get<std::vector<SpeedRow>>(rows_.kinds)) e.phi_t[d.row] = -d.speed;
   e.G.assign(rows_.constants.begin(), rows_.constants.end());
   e.force.assign(constant_force_.begin(), constant_force_.end());

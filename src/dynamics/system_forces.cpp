@@ -29,6 +29,8 @@ struct AppliedForces {
     push(link.j, a.rj, 1);
   }
   void couple(const Link& link, const T& torque) const { couples(link, -torque, torque); }
+  /// A couple between two other bodies than those of the element.
+  void beside(const Link& link, const T& torque) const { couple(link, torque); }
   /// Couples on the first and on the second body.
   void couples(const Link& link, const T& on_i, const T& on_j) const {
     if (link.i != ground) f[3 * link.i + 2] += on_i;

@@ -19,6 +19,7 @@
 #include "mechanism/elements/dc_motor.hpp"
 #include "mechanism/elements/disc_contact.hpp"
 #include "mechanism/elements/effort_drive.hpp"
+#include "mechanism/elements/elastic_ratio.hpp"
 #include "mechanism/elements/force_load.hpp"
 #include "mechanism/elements/gear_joint.hpp"
 #include "mechanism/elements/governor.hpp"
@@ -27,6 +28,7 @@
 #include "mechanism/elements/motion_drive.hpp"
 #include "mechanism/elements/plane_contact.hpp"
 #include "mechanism/elements/rack_joint.hpp"
+#include "mechanism/elements/ratio_joint.hpp"
 #include "mechanism/elements/revolute_joint.hpp"
 #include "mechanism/elements/rigid_joint.hpp"
 #include "mechanism/elements/rod_joint.hpp"
@@ -42,8 +44,8 @@
 namespace freeplay {
 
 /// Any kind of joint.
-using Joint =
-    std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint, RodJoint>;
+using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint,
+                           RodJoint, RatioJoint>;
 /// Any kind of contact outside joints.
 using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
 /// Any kind of drive.
@@ -51,7 +53,7 @@ using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDriv
                            InductionMotor, Governor, AngleController, PositionController>;
 /// Any kind of load.
 using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
-                          BumpStop, TorsionalBumpStop, BeamElement>;
+                          BumpStop, TorsionalBumpStop, BeamElement, ElasticRatio>;
 
 /// The word for a kind of element: its `type` in a scene; for drives, for example, "speed drive".
 template <class Kind>

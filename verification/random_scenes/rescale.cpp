@@ -34,6 +34,9 @@ Scene rescaled(Scene scene, const Units& u) {
   const auto backlash = [&](std::optional<Backlash>& b) {
     if (b) b->normal *= L, maybe(b->stiffness, force / L);
   };
+  const auto ratio = [&](JointRatio& r) {
+    if (r.slider(m)) r.ratio *= L, r.offset *= L;
+  };
   const auto stop = [&](StopFacts& s) { maybe(s.stiffness, force / L), maybe(s.curvature_radius, L); };
   m.gravity = (L / (T * T)) * m.gravity;
   for (auto& b : m.bodies) {
@@ -75,7 +78,13 @@ Scene rescaled(Scene scene, const Units& u) {
                             j.clearance->half_play *= L;
                             j.clearance->pin_radius *= L;
                           },
-                          [&](RodJoint& j) { ends(j.at), j.length *= L; }},
+                          [&](RodJoint& j) { ends(j.at), j.length *= L; },
+                          [&](RatioJoint& j) {
+                            ratio(j);
+                            if (!j.clearance) return;
+                            (j.slider(m) ? j.clearance->play : j.clearance->radius) *= L;
+                            maybe(j.clearance->stiffness, force / L);
+                          }},
                joint);
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[&](PlaneContact& c) { ends(c.at), c.radius *= L, maybe(c.stiffness, force / L); },
@@ -181,6 +190,11 @@ Scene rescaled(Scene scene, const Units& u) {
                      l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;
                    },
                    [&](TorsionalBumpStop& l) { l.bump.stiffness *= torque, l.bump.damping *= torque * T; },
+                   [&](ElasticRatio& l) {
+                     ratio(l);
+                     const double rate = l.slider(m) ? force / L : torque;
+                     l.stiffness *= rate, l.damping *= rate * T;
+                   },
                    [&](BeamElement& l) {
                      ends(l.at);
                      l.length *= L, l.curvature /= L, l.damping *= T;

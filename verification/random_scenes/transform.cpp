@@ -42,6 +42,8 @@ void flip(SpringLaw& law) {
   if (law.one_way) law.one_way = *law.one_way == OneWay::pull ? OneWay::push : OneWay::pull;
   turn_table(law.table), turn_table(law.damping_table);
 }
+/// Angles change their sign; positions along the mirrored axis do not.
+void flip(JointRatio& r, const Mechanism& m) { r.slider(m) ? r.ratio = -r.ratio : r.offset = -r.offset; }
 /// Angles on a cam, φ' = π − φ.
 void flip(CamContact& c) {
   flip_ends(c.at);
@@ -98,7 +100,7 @@ Scene mirrored(Scene scene) {
                             j.phase = -*j.phase;
                           },
                           [](SlotJoint& j) { flip_ends(j.at), j.axis = flip(j.axis); },
-                          [](RodJoint& j) { flip_ends(j.at); }},
+                          [](RodJoint& j) { flip_ends(j.at); }, [&](RatioJoint& j) { flip(j, m); }},
                joint);
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
@@ -147,7 +149,7 @@ Scene mirrored(Scene scene) {
                      l.axis = flip(l.axis), l.free_angle = -l.free_angle;
                    },
                    [](BumpStop& l) { flip_ends(l.at), l.axis = flip(l.axis); },
-                   [](TorsionalBumpStop& l) { turn_limits(l.bump); },
+                   [](TorsionalBumpStop& l) { turn_limits(l.bump); }, [&](ElasticRatio& l) { flip(l, m); },
                    [](BeamElement& l) {
                      flip_ends(l.at);
                      l.angles = Vec2{std::numbers::pi, std::numbers::pi} - l.angles;
@@ -196,7 +198,13 @@ Scene reordered(Scene scene) {
   const auto both = [&](std::array<int, 2>& between) { body(between[0]), body(between[1]); };
   const auto joint_of = [&](int& i) { i = joints - 1 - i; };
   std::ranges::reverse(m.bodies);
-  for (auto& joint : m.joints) std::visit([&](auto& j) { both(j.between); }, joint);
+  for (auto& joint : m.joints)
+    std::visit(
+        [&](auto& j) {
+          both(j.between);
+          if constexpr (requires { j.of; }) joint_of(j.joint), joint_of(j.of);
+        },
+        joint);
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[&](TravelStop& c) { joint_of(c.joint); }, [&](AngleStop& c) { joint_of(c.joint); },
                           [&](auto& c) { both(c.between); }},
@@ -207,7 +215,9 @@ Scene reordered(Scene scene) {
   }
   for (auto& load : m.loads)
     std::visit(Overloaded{[&](ForceLoad& l) { body(l.body); }, [&](TorqueLoad& l) { body(l.body); },
-                          [&](JointFriction& l) { joint_of(l.joint); }, [&](auto& l) { both(l.between); }},
+                          [&](JointFriction& l) { joint_of(l.joint); },
+                          [&](ElasticRatio& l) { joint_of(l.joint), joint_of(l.of); },
+                          [&](auto& l) { both(l.between); }},
                load);
   std::ranges::reverse(m.joints);
   std::ranges::reverse(m.contacts);
@@ -241,6 +251,9 @@ Scene nudged(Scene scene, double share, int which) {
                           },
                           [&](SlotJoint& j) {
                             if (j.clearance) near(j.clearance->half_play);
+                          },
+                          [&](RatioJoint& j) {
+                            if (j.clearance) near(j.clearance->play);
                           },
                           [&](auto& j) {  // teeth
                             if (j.clearance) near(j.clearance->normal);

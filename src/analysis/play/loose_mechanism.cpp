@@ -261,7 +261,7 @@ void LooseMechanism::list_rows(const Mechanism& mechanism, const System& ideal, 
     } else {
       throw ModelError("joints." + name,
                        "the play of this kind of joint is not described; describe it by a "
-                       "revolute, translational, slot, gear or rack joint");
+                       "revolute, translational, slot, gear, rack or ratio joint");
     }
     row += rows, contact += contacts;
   }

@@ -22,6 +22,7 @@ double* clearance_of(Joint& joint) {
         if constexpr (requires { j.clearance->radial; }) return j.clearance ? &j.clearance->radial : nullptr;
         if constexpr (requires { j.clearance->half_play; })
           return j.clearance ? &j.clearance->half_play : nullptr;
+        if constexpr (requires { j.clearance->play; }) return j.clearance ? &j.clearance->play : nullptr;
         if constexpr (requires { j.clearance->normal; }) return j.clearance ? &j.clearance->normal : nullptr;
         return nullptr;
       },

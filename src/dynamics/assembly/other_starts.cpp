@@ -23,8 +23,8 @@ const Joint& joint_at(const Mechanism& m, int k) { return m.joints[static_cast<s
 int end_in(const Joint& joint, int body) { return bodies_of(joint)[0] == body ? 0 : 1; }
 
 /// The relative angle (rad), θ of the second body minus θ of the first, if a joint or its drive
-/// fixes it. Returns false if the joint turns freely.
-bool held_angle(const Mechanism& m, int joint, double& angle) {
+/// fixes it, or a ratio to such a joint. Returns false if the joint turns freely.
+bool held_angle(const Mechanism& m, int joint, double& angle, int most_ratios = 8) {
   const bool held = std::visit(
       [&](const auto& j) {
         if constexpr (requires { j.angle + 0.0; }) {
@@ -36,6 +36,13 @@ bool held_angle(const Mechanism& m, int joint, double& angle) {
       },
       joint_at(m, joint));
   if (held) return true;
+  for (const auto& other : m.joints)
+    if (const auto* r = std::get_if<RatioJoint>(&other); r && most_ratios > 0 && r->joint == joint &&
+                                                         !r->slider(m) &&
+                                                         held_angle(m, r->of, angle, most_ratios - 1)) {
+      angle = r->ratio * angle + r->offset;
+      return true;
+    }
   for (const auto& drive : m.drives)
     if (std::visit(
             [&](const auto& d) {
@@ -128,7 +135,9 @@ std::vector<double> hang_all(const Mechanism& m, std::vector<double> q, const au
     auto now = placed;
     for (std::size_t k = 0; k < m.joints.size(); ++k) {
       const auto& joint = m.joints[k];
-      if (std::holds_alternative<GearJoint>(joint) || std::holds_alternative<RackJoint>(joint)) continue;
+      if (std::holds_alternative<GearJoint>(joint) || std::holds_alternative<RackJoint>(joint) ||
+          std::holds_alternative<RatioJoint>(joint))
+        continue;
       const auto pair = bodies_of(joint);
       if (before(pair[0]) == before(pair[1])) continue;
       const int end = before(pair[0]) ? 1 : 0, body = pair[end], hung_on = pair[1 - end];
@@ -195,7 +204,8 @@ void unwind(const Mechanism& m, const std::vector<double>& given, std::vector<do
   std::vector<char> held(m.bodies.size(), 0);
   for (std::size_t k = 0; k < m.joints.size(); ++k) {
     double angle = 0;
-    if (held_angle(m, static_cast<int>(k), angle))
+    // A ratio couples full turns, too.
+    if (held_angle(m, static_cast<int>(k), angle) || std::holds_alternative<RatioJoint>(m.joints[k]))
       for (const int body : bodies_of(m.joints[k]))
         if (body != ground) held[static_cast<std::size_t>(body)] = 1;
   }

@@ -108,4 +108,8 @@ struct MotionRow {
   }
 };
 
+/// The row of a fixed ratio between two joints: the same with a straight line y. It prescribes no
+/// motion, so it is no drive.
+struct RatioRow : MotionRow {};
+
 }  // namespace freeplay

@@ -148,6 +148,7 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
   void moving_joint(const Key& key, int index) const {
     moving(key.name, at(mechanism_.joints, index, key.name));
   }
+  using KeyRules::grounded;
   void any_joint(const Key& key, int index, const std::array<int, 2>& pair) const {
     joint_at(mechanism_.joints, index, pair, key.name);
   }

@@ -69,6 +69,20 @@ void KeyRules::moving(std::string_view key, const Joint& joint) const {
                           std::visit([](const auto& j) { return std::decay_t<decltype(j)>::type; }, joint)));
 }
 
+void KeyRules::grounded(int joint, int of) const {
+  for (const auto& [key, index] : {std::pair{"joint", joint}, std::pair{"of", of}}) {
+    const auto& on = mechanism_.joints[static_cast<std::size_t>(index)];
+    const auto& pair = bodies_of(on);
+    const bool slides = std::holds_alternative<TranslationalJoint>(on);
+    if (pair[0] == ground || (!slides && pair[1] == ground)) continue;
+    fail(key, fmt::format("{} must have the ground as {} body: a ratio with backlash acts between two "
+                          "bodies; remove backlash, or use a load of type \"elastic-ratio\"",
+                          toml_quoted(name_of(on)), slides ? "its first" : "a"));
+  }
+  if (RatioJoint::coupled(mechanism_, joint, of)[0] == ground)
+    fail("of", "turns the body of the joint that follows; name a joint of another body");
+}
+
 void KeyRules::touch(std::string_view key, std::span<const Group> above, std::string_view name,
                      std::vector<int>& list) const {
   const int group = named(key, "group above it called", above, name);

@@ -96,6 +96,9 @@ class KeyRules {
             const std::optional<double>& bearing_length) const;
   /// The joint has one degree of freedom.
   void moving(std::string_view key, const Joint& joint) const;
+  /// The joints of a ratio with backlash hold two bodies to the ground. The axis of a slider is on its
+  /// first body.
+  void grounded(int joint, int of) const;
   /// Appends a group to those that another one touches. `above`: the groups before that one.
   void touch(std::string_view key, std::span<const Group> above, std::string_view name,
              std::vector<int>& list) const;

@@ -199,6 +199,11 @@ class KeysList {
     add(place, "number", "required");
   }
   void any_joint(const Key& key, int&, std::array<int, 2>&) { add(key, "text", "required"); }
+  void ratio_offset(const Key& key, double&, int, int, double) {
+    add(key, "number", std::string(key.fallback));
+  }
+  void coupled(int, int, const std::array<int, 2>&) const {}
+  void grounded(int, int) const {}
   void joint_angle(const Key& key, double&, int) { add(key, "number", std::string(key.fallback)); }
 
  private:

@@ -357,12 +357,21 @@ void KeysReader::joint_place(const Key& key, double& place, int joint) {
 }
 
 void KeysReader::joint_angle(const Key& key, double& angle, int joint) {
+  angle = stated_angle(joint);
+  take(key, angle, any_number);
+}
+
+double KeysReader::stated_angle(int joint) const {
   const auto& pair = bodies_of(mechanism_.joints[static_cast<std::size_t>(joint)]);
   const auto of = [&](int b) {
     return b == ground ? 0 : mechanism_.bodies[static_cast<std::size_t>(b)].angle.value_or(0);
   };
-  angle = of(pair[1]) - of(pair[0]);
-  take(key, angle, any_number);
+  return of(pair[1]) - of(pair[0]);
+}
+
+void KeysReader::ratio_offset(const Key& key, double& offset, int joint, int of, double ratio) {
+  joint_place(key, offset, joint);
+  if (!s_.has(key.name)) offset -= ratio * stated_angle(of);
 }
 
 }  // namespace freeplay

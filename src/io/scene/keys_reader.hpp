@@ -135,6 +135,12 @@ class KeysReader : public SectionReader, private KeyRules {
     x.reset();
     take(key, x, any_number);
   }
+  /// Offset of a ratio between two joints. If the key is absent, it follows from the bodies' positions.
+  void ratio_offset(const Key& key, double& offset, int joint, int of, double ratio);
+  void coupled(int joint, int of, std::array<int, 2>& pair) const {
+    pair = RatioJoint::coupled(mechanism_, joint, of);
+  }
+  using KeyRules::grounded;
   /// Angle of a joint. If the key is absent, it follows from the angles of the bodies.
   void joint_angle(const Key& key, double& angle, int joint);
 
@@ -157,6 +163,7 @@ class KeysReader : public SectionReader, private KeyRules {
   void one_of(const Key& a, const Key& b) const;
   int body_index(std::string_view key, const std::string& name) const;
   int joint_index(const Key& key);
+  double stated_angle(int joint) const;
   Vec2 named_point(std::string_view key, int body, const std::string& name) const;
 
   void refuse(std::string_view key, const std::string& message) const override { s_.fail(key, message); }

@@ -58,7 +58,7 @@ class PoseShapes {
   template <class X>
   void ends(const X& x, bool joint) {
     if constexpr (requires { x.between[0], x.at[0].x(); }) {
-      if constexpr (requires { x.radii; }) return;
+      if constexpr (requires { x.radii; } || std::is_same_v<X, RatioJoint>) return;
       const bool slides = requires { x.axis; }
       &&!std::is_same_v<X, Bushing>;
       if (!slides) corner(x.between[0], x.at[0]);
@@ -107,6 +107,7 @@ class PoseShapes {
     row("line", j.name, j.between[0], place_of(q_, j.between[0], j.at[0]),
         place_of(q_, j.between[1], j.at[1]), j.between[1]);
   }
+  void draw_joint(const RatioJoint&) {}  // has no place
   /// Draws the discs of a group, and its walls as lines.
   void draw_group(const Group& group) {
     for (int n = 0; n < group.size(); ++n)

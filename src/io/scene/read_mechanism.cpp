@@ -111,7 +111,12 @@ Mechanism read_mechanism(Section& root) {
   if (m.bodies.empty()) root.fail("bodies", no_bodies);
   facts("lubricants", m.lubricants);
   facts("curves", m.curves);
-  elements("joints", m.joints);
+  // Joints that name other joints follow those.
+  auto joints = root.children("joints");
+  for (const bool names_others : {false, true})
+    for (auto& [name, s] : joints)
+      if ((s.is_text("type") && s.text("type") == RatioJoint::type) == names_others)
+        m.joints.push_back(read_element<Joint>(name, scope, s));
   elements("contacts", m.contacts);
   elements("drives", m.drives);
   elements("loads", m.loads);

@@ -66,6 +66,9 @@ class SceneVisitor {
   void from_bodies(const Key& key, const std::optional<double>& x) { self().need(key, x); }
   void joint_angle(const Key& key, double angle, int) { self().need(key, angle); }
   void joint_place(const Key& key, double place, int) { self().need(key, place); }
+  void ratio_offset(const Key& key, double offset, int, int, double) { self().need(key, offset); }
+  void coupled(int, int, const std::array<int, 2>&) const {}
+  void grounded(int, int) const {}
   /// Other spellings of a value are not written.
   void together(std::initializer_list<TypedKey>, const auto&, const auto&) const {}
   void beam_length(const Key& key, const auto& beam) { self().need(key, beam.length, positive); }

@@ -70,6 +70,7 @@ Vec2 play(const SlotJoint& joint, std::mt19937_64& engine, double share) {
 /// Teeth start in the middle of their backlash, which is no distance between the centres.
 Vec2 play(const GearJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RackJoint&, std::mt19937_64&, double) { return {}; }
+Vec2 play(const RatioJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RigidJoint&, std::mt19937_64&, double) { return {}; }
 Vec2 play(const RodJoint&, std::mt19937_64&, double) { return {}; }
 

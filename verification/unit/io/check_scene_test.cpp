@@ -125,6 +125,9 @@ class Fault {
   void any_joint(const Key&, int& x, auto& pair) { index(x), index(pair[0]), index(pair[1]); }
   void joint_place(const Key&, double& x, int) { value(x); }
   void joint_angle(const Key&, double& x, int) { value(x); }
+  void ratio_offset(const Key&, double& x, int, int, double) { value(x); }
+  void coupled(int, int, const auto&) const {}
+  void grounded(int, int) const {}
   void from_bodies(const Key&, auto& x) { value(x); }
 
  private:
