@@ -67,6 +67,7 @@ inline constexpr std::array magnitudes{
     Magnitude{"N m/rad or N m/rad s or N/m s", 0, 1e45, beyond},
     Magnitude{"N m s/rad or N s/m", 0, 1e45, beyond},
     Magnitude{"rad or m", 0, 1e9, "as angles and lengths"},
+    Magnitude{"rad/rad or m/rad", 0, 1e9, "as angles and lengths"},
     Magnitude{"of x", 0, 1e15, "as times, angles and speeds"},
     Magnitude{"of y", 0, 1e45, beyond},
     Magnitude{"x and y", 0, 1e45, beyond},

@@ -36,7 +36,7 @@ struct JointRatio {
         {"joint", "", "the revolute or translational joint that follows"}, r.joint);
     k.template joint<RevoluteJoint>({"of", "", "the revolute joint whose angle it follows"}, r.of);
     k.check(!on || r.joint != r.of, "of", "is the joint itself; name another one");
-    k.need({"ratio", unit(on, "", "m/rad", "m/rad"),
+    k.need({"ratio", unit(on, "", "m/rad", "rad/rad or m/rad"),
             "angle (rad) or displacement along its axis (m) for each radian of the joint `of`; < 0 reverses"},
            r.ratio, not_zero_ratio);
     k.ratio_offset({"offset", unit(on, "rad", "m", "rad or m"),
