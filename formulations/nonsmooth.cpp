@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "dynamics/assembly/assembly.hpp"
@@ -85,8 +86,8 @@ EventDriven make_event_driven(const Scene& scene, const System& system,
   coarse.tolerance = tolerance_after_steps(scene.nonsmooth);
   EventDynamics dynamics(system, scene.nonsmooth, restitution, facts, scales.speed);
   const double first = 1e-3 * scales.time;
-  // Films and beams make every mode stiff from its beginning. Friction bounded by reactions has no
-  // derivative.
+  // Films and beams make every mode stiff from its beginning. Friction bounded by reactions or
+  // speeds has no derivative.
   const bool stiff = dynamics.films.any() || system.elastic().pattern.rows > 0;
   const long first_probe = stiff && system.reactive_frictions().empty() ? 100 : 0;
   const auto method = [&](const ErrorNorm& accepted) {
@@ -117,7 +118,8 @@ AutomaticStepper make_automatic(const Scene& scene, const System& system,
 std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& system, const State& state,
                                             const std::vector<double>& restitution) {
   refuse_undetermined_friction(system, state);
-  if (!system.reactive_frictions().empty() && system.contacts() > 0 &&
+  const auto reads = [&](int k) { return system.friction_facts(k).reaction->reads_reactions(); };
+  if (std::ranges::any_of(system.reactive_frictions(), reads) && system.contacts() > 0 &&
       scene.nonsmooth.impact_law != ImpactLaw::newton)
     throw ModelError(
         "nonsmooth.impact_law",

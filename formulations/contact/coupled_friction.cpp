@@ -90,34 +90,34 @@ CoupledFriction::CoupledFriction(const System& system) : which_(system.reactive_
 }
 
 void CoupledFriction::base(const double* lambda) {
-  for (int k = 0; k < size(); ++k)
-    for (const int i : {0, 1}) base_[2 * k + i] = lambda[bound(k).row + i];
+  for (int k = 0; k < size(); ++k) {
+    const auto l = bound(k).reactions(lambda);
+    for (const int i : {0, 1}) base_[2 * k + i] = l[static_cast<std::size_t>(i)];
+  }
 }
 
 void CoupledFriction::column(int j, const double* lambda) {
-  for (int k = 0; k < size(); ++k)
-    for (const int i : {0, 1}) R_(2 * k + i, j) = lambda[bound(k).row + i];
+  for (int k = 0; k < size(); ++k) {
+    const auto l = bound(k).reactions(lambda);
+    for (const int i : {0, 1}) R_(2 * k + i, j) = l[static_cast<std::size_t>(i)];
+  }
 }
 
-std::array<double, 2> CoupledFriction::multipliers(int k, const Eigen::VectorXd& f) const {
-  std::array<double, 2> l{base_[2 * k], base_[2 * k + 1]};
+ReactionBound::Reactions CoupledFriction::multipliers(int k, const Eigen::VectorXd& f) const {
+  ReactionBound::Reactions l{base_[2 * k], base_[2 * k + 1]};
   for (int j = 0; j < size(); ++j)
     for (const int i : {0, 1}) l[static_cast<std::size_t>(i)] += R_(2 * k + i, j) * f[j];
   return l;
 }
 
-double CoupledFriction::support(int k) const {
-  const auto l = multipliers(k, force_);
-  return bound(k).support(l[0], l[1]);
-}
+double CoupledFriction::support(int k) const { return support(k, multipliers(k, force_)); }
 
 /// Computes F at f and scale_; returns max |F|.
 double CoupledFriction::miss(const Eigen::VectorXd& f) {
   double worst = 0;
   scale_ = 0;
   for (int k = 0; k < size(); ++k) {
-    const auto l = multipliers(k, f);
-    const double S = bound(k).support(l[0], l[1]);
+    const double S = support(k, multipliers(k, f));
     F_[k] = f[k] + factor_[k] * S;
     const double size = std::abs(F_[k]);
     if (!(size <= worst)) worst = std::isnan(size) ? INFINITY : size;
@@ -157,7 +157,7 @@ double CoupledFriction::gain() const {
     for (int k = 0; k < n; ++k) {
       image_[k] = 0;
       for (int j = 0; j < n; ++j)
-        image_[k] += std::abs(factor_[k]) * bound(k).support(R_(2 * k, j), R_(2 * k + 1, j)) * weight_[j];
+        image_[k] += std::abs(factor_[k]) * bound(k).change({R_(2 * k, j), R_(2 * k + 1, j)}) * weight_[j];
       most = std::max(most, image_[k] / weight_[k]);  // Collatz and Wielandt: an upper bound
     }
     least = std::min(least, most);
@@ -169,7 +169,7 @@ double CoupledFriction::gain() const {
 
 CoupledFriction::Outcome CoupledFriction::solve() {
   const int n = size();
-  for (int k = 0; k < n; ++k) force_[k] = -factor_[k] * bound(k).support(base_[2 * k], base_[2 * k + 1]);
+  for (int k = 0; k < n; ++k) force_[k] = -factor_[k] * support(k, {base_[2 * k], base_[2 * k + 1]});
   other_ = force_;
   bool found = newton(other_);
   const bool one = gain() < 1;
@@ -210,8 +210,7 @@ CoupledFriction::Outcome CoupledFriction::follow_branch() {
 /// Factorises 1 + c S' R at force_ in lu_.
 void CoupledFriction::slopes() {
   for (int k = 0; k < size(); ++k) {
-    const auto l = multipliers(k, force_);
-    const auto g = bound(k).slope(l[0], l[1]);
+    const auto g = bound(k).slope(multipliers(k, force_));
     for (int j = 0; j < size(); ++j)
       slope_(k, j) = (k == j) + factor_[k] * (g[0] * R_(2 * k, j) + g[1] * R_(2 * k + 1, j));
   }
@@ -222,10 +221,8 @@ void CoupledFriction::prepare_follow() { slopes(); }
 
 void CoupledFriction::follow(const double* dlambda, double* df) {
   for (int k = 0; k < size(); ++k) {
-    const auto l = multipliers(k, force_);
-    const auto g = bound(k).slope(l[0], l[1]);
-    const int row = bound(k).row;
-    step_[k] = -factor_[k] * (g[0] * dlambda[row] + g[1] * dlambda[row + 1]);
+    const auto g = bound(k).slope(multipliers(k, force_)), d = bound(k).reactions(dlambda);
+    step_[k] = -factor_[k] * (g[0] * d[0] + g[1] * d[1]);
   }
   lu_.solve(step_, trial_);
   for (int k = 0; k < size(); ++k) df[k] = trial_[k];

@@ -9,8 +9,8 @@
 // F(f) = f + c S(λ⁰ + R f), F' = 1 + c S' R, with halved steps where |F| does not decrease. The
 // residual is max |F| over the greatest |c| S.
 //
-// Number of solutions: S is a norm, so f → −c S(λ⁰ + R f) is a contraction, with exactly one
-// solution, if the gain, the spectral radius of K_kj = |c_k| S_k(R_kj), is below 1. For one joint
+// Number of solutions: S is a norm, or a constant, so f → −c S(λ⁰ + R f) is a contraction, with exactly
+// one solution, if the gain, the spectral radius of K_kj = |c_k| S_k(R_kj), is below 1. For one joint
 // alone, F is convex on either side. With a gain of 1 or more there are none or two solutions, as
 // in Painlevé's paradox; the mechanism is then self-locking. With several joints, other solutions
 // are sought from distant starting points.
@@ -21,6 +21,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -76,6 +77,8 @@ class CoupledFriction {
   int size() const { return static_cast<int>(force_.size()); }
   /// Index of the k-th joint among the system's friction elements.
   int friction(int k) const { return which_[static_cast<std::size_t>(k)]; }
+  /// Whether any bound depends on reactions.
+  bool reads_reactions() const { return std::ranges::any_of(bounds_, &ReactionBound::reads_reactions); }
 
   /// @name Inputs: c, λ⁰ and the columns of R (multipliers of all rows)
   ///@{
@@ -104,7 +107,11 @@ class CoupledFriction {
   bool newton(Eigen::VectorXd& f);
   double miss(const Eigen::VectorXd& f);
   void slopes();
-  std::array<double, 2> multipliers(int k, const Eigen::VectorXd& f) const;
+  ReactionBound::Reactions multipliers(int k, const Eigen::VectorXd& f) const;
+  /// S_k, for a force opposed to the sign of c_k.
+  double support(int k, const ReactionBound::Reactions& l) const {
+    return bound(k).support(l, -factor_[k]);
+  }
   const ReactionBound& bound(int k) const { return bounds_[static_cast<std::size_t>(k)]; }
 
   std::vector<int> which_;

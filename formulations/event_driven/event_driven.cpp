@@ -259,7 +259,7 @@ void EventDriven::slip_if_repeated() {
   dynamics_(method_.x, slope, method_.t);
   for (std::size_t i = 0; i < ahead.size(); ++i) ahead[i] += delay * slope[i];
   dynamics_(ahead, slope, method_.t + delay);
-  if (std::abs(p.lambda) > p.bound) p.slip = p.lambda > 0 ? -1 : 1;
+  if (p.slack() < 0) p.slip = p.lambda > 0 ? -1 : 1;
 }
 
 /// If friction admits no finite forces, or none are found, sliding ends by an impact without

@@ -167,7 +167,7 @@ void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values)
   for (int k = 0; k < d.system.frictions(); ++k) {
     const auto& p = d.preloaded[k];
     if (p.slip == 0)
-      put(ModeEvent::Kind::slide_stick, k, p.bound - std::abs(p.lambda));
+      put(ModeEvent::Kind::slide_stick, k, p.slack());
     else
       put(ModeEvent::Kind::slide_slip, k, p.slip * p.rate);
   }
@@ -222,7 +222,7 @@ double EventSearch::tolerance_of(const EventDynamics& d, const ModeEvent& event)
     case ModeEvent::Kind::slide_slip:
       return d.preloaded[k].share * d.slide_tolerance();
     case ModeEvent::Kind::slide_stick:
-      return of_force * d.preloaded[k].bound;
+      return of_force * std::max(d.preloaded[k].bound, d.preloaded[k].opposite);
     case ModeEvent::Kind::stick:
       // without friction, µ = 0, the limit is always reached
       return std::max({of_force * std::abs(d.contacts[k].lambda_t), of_force * 1e-3 * d.contacts[k].lambda_n,

@@ -12,7 +12,9 @@ namespace freeplay {
 
 ImpactEquations::ImpactEquations(const NonsmoothOptions& options, const ModeEquations& d)
     : impact_(options.impact_law, options.solver, options.lcp_tolerance), lambda_(d.lambda.size()) {
-  image_.setZero(d.coupled.size());
+  for (int i = 0; i < d.coupled.size(); ++i)  // a fixed bound gives no impulse to an instant
+    if (d.bound_of(i).reads_reactions()) reacting_.push_back(i);
+  image_.setZero(static_cast<Eigen::Index>(reacting_.size()));
   for (int k = 0; k < d.system.contacts(); ++k)
     ratio_.push_back(options.impact_law == ImpactLaw::compliant &&
                              d.system.contact_facts(k).surface.friction.value_or(0) > 0
@@ -29,8 +31,8 @@ std::string ImpactEquations::solve(ModeEquations& d, const Vector& x, double t, 
   d.rows.fill_symmetric();
   if (impact.without_collision) press(d);
   auto& rows = d.rows;
-  const auto reason = d.coupled.size() > 0 ? solve_bounded(d, x.data() + d.system.n(), impact.contacts.size())
-                                           : impact_.solve(rows.K, rows.b, rows.used(), in_impact_);
+  const auto reason = !reacting_.empty() ? solve_bounded(d, x.data() + d.system.n(), impact.contacts.size())
+                                         : impact_.solve(rows.K, rows.b, rows.used(), in_impact_);
   impact_.solution().count(d.work, d.extremes);
   d.counts.undecided += impact_.solution().undecided;
   d.counts.wedged += impact_.wedged();
@@ -68,7 +70,7 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
     }
     in_impact_.push_back(i);
   }
-  for (int i = 0; i < d.coupled.size(); ++i) {
+  for (const int i : reacting_) {
     auto& p = d.preloaded[d.coupled.friction(i)];
     d.system.friction(d.coupled.friction(i), q, v, d.e, p.row);
     ImpactContact pin;
@@ -99,7 +101,7 @@ void ImpactEquations::press(ModeEquations& d) {
 /// such row its mobility without constraints; 0 for the others.
 std::vector<double> ImpactEquations::pose_driven(ModeEquations& d, std::size_t contacts) {
   auto& rows = d.rows;
-  std::vector<double> driven(static_cast<std::size_t>(d.coupled.size()));
+  std::vector<double> driven(reacting_.size());
   for (std::size_t i = 0; i < driven.size(); ++i) {
     const int own = in_impact_[contacts + i].tangent;
     const double free = d.unconstrained_mobility(rows.row(own));
@@ -136,15 +138,19 @@ std::string ImpactEquations::solve_bounded(ModeEquations& d, const double* v, st
     }
     if (auto reason = impact_.solve(rows.K, rows.b, rows.used(), in_impact_); !reason.empty()) return reason;
     for (std::size_t i = 0; i < driven.size(); ++i) {
-      const auto& bound = d.bound_of(static_cast<int>(i));
-      double l[2] = {0, 0};
+      const auto& bound = d.bound_of(reacting_[i]);
+      ReactionBound::Reactions l{};
       for (const auto& c : in_impact_)
         for (const auto& [row, impulse] :
              {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
-          for (const int which : {0, 1})
-            if (row >= 0) l[which] += impulse * rows.reaction(row)[bound.row + which];
-      const double mean = mean_rate(d, in_impact_[contacts + i].tangent, driven[i] != 0, v);
-      image_[static_cast<Eigen::Index>(i)] = bound.coefficient(mean) * bound.support(l[0], l[1]);
+          if (row >= 0) {
+            const auto by = bound.reactions(rows.reaction(row));
+            for (const std::size_t which : {0U, 1U}) l[which] += impulse * by[which];
+          }
+      const auto& own = in_impact_[contacts + i];
+      const double mean = mean_rate(d, own.tangent, driven[i] != 0, v);
+      const double side = own.impulse_t != 0 ? own.impulse_t : -rows.b[own.tangent];
+      image_[static_cast<Eigen::Index>(i)] = bound.coefficient(mean) * bound.support(l, side);
     }
   } while (bounds_.refine(image_));
   d.extremes.friction_residual = std::max(d.extremes.friction_residual, bounds_.residual());
@@ -186,7 +192,7 @@ void ImpactEquations::report(ModeEquations& d, const Vector& x, const std::vecto
       d.system.report().contact(contacts[i], q, d.e, d.contacts[contacts[i]].row, s.impulse_n, s.impulse_t, 1,
                                 out);
     else
-      d.system.report().friction(d.coupled.friction(static_cast<int>(i - contacts.size())), q,
+      d.system.report().friction(d.coupled.friction(reacting_[i - contacts.size()]), q,
                                  x.data() + d.system.n(), d.e, d.rows.row(s.tangent), s.impulse_t, 1, out);
     for (const auto& [row, impulse] : {std::pair{s.normal, s.impulse_n}, std::pair{s.tangent, s.impulse_t}})
       for (int k = 0; row >= 0 && k < d.system.n(); ++k)

@@ -56,8 +56,9 @@ class ImpactEquations {
   double mean_rate(const ModeEquations& d, int own, bool driven, const double* v) const;
 
   ImpactProblem impact_;
-  // contacts, then joints whose friction depends on their reactions
+  // contacts, then joints whose friction depends on their reactions: reacting_
   std::vector<ImpactContact> in_impact_;
+  std::vector<int> reacting_;   // indices into ModeEquations::coupled
   std::vector<double> lambda_;  // impulses of the constraint rows
   BoundIteration bounds_;
   Eigen::VectorXd image_;

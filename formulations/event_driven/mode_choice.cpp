@@ -83,8 +83,7 @@ std::vector<ModeTrials::Motion> ModeTrials::find(ModeEquations& d, ModeMotion& m
     if (!motion.solve(d, x, t) || !holds(d, x, mode)) continue;
     Motion next{mode, d.a, d.preloaded};
     for (int i = 0; i < d.coupled.size(); ++i) {
-      const int row = d.bound_of(i).row;
-      next.preloaded[d.coupled.friction(i)].reaction = {d.lambda[row], d.lambda[row + 1]};
+      next.preloaded[d.coupled.friction(i)].reaction = d.bound_of(i).reactions(d.lambda.data());
     }
     if (!found.empty()) {
       auto by = d.a;
@@ -289,14 +288,16 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
     if (!pose_and_solve()) return solution;
     for (int i = 0; i < coupled; ++i) {
       const auto& bound = d.bound_of(i);
-      double l[2] = {d.lambda[bound.row], d.lambda[bound.row + 1]};
+      auto& p = d.preloaded[d.coupled.friction(i)];
+      p.reaction = bound.reactions(d.lambda.data());
       for (const auto& u : problem_.unknowns)
         for (const auto& [row, force] : {std::pair{u.normal, u.impulse_n}, std::pair{u.tangent, u.impulse_t}})
-          for (const int which : {0, 1})
-            if (row >= 0) l[which] += force * d.rows.reaction(row)[bound.row + which];
-      auto& p = d.preloaded[d.coupled.friction(i)];
-      p.reaction = {l[0], l[1]};
-      image_[i] = bound.coefficient(p.slip != 0 ? p.rate : 0) * bound.support(l[0], l[1]);
+          if (row >= 0) {
+            const auto by = bound.reactions(d.rows.reaction(row));
+            for (const std::size_t which : {0U, 1U}) p.reaction[which] += force * by[which];
+          }
+      image_[i] = bound.coefficient(p.slip != 0 ? p.rate : 0) *
+                  bound.support(p.reaction, force_side(d.coupled.friction(i), p.slip));
     }
   } while (bounds_.refine(image_));
   if (!bounds_.met()) {
@@ -308,9 +309,19 @@ ContactSolution ModeChoice::settle(ModeEquations& d, const Vector& x, double t,
   return solution;
 }
 
+/// The sign of the force of joint k, in slip or in the present solution. Where it is zero: of the force
+/// that would oppose the acceleration.
+double ModeChoice::force_side(int k, int slip) const {
+  if (slip != 0) return -slip;
+  const auto i = std::ranges::find(resting_, k) - resting_.begin();
+  const auto& u = problem_.unknowns[contacts_.size() + static_cast<std::size_t>(i)];
+  return u.impulse_t != 0 ? u.impulse_t : -problem_.rate(u.tangent);
+}
+
 /// Whether the problem may have several solutions. There is one only if reactions grow less than
 /// the friction that they bound, and no contact with friction takes part.
 bool ModeChoice::may_be_several(ModeEquations& d) {
+  if (!d.coupled.reads_reactions()) return false;
   std::vector<double> a(static_cast<std::size_t>(d.system.n())), l(static_cast<std::size_t>(d.system.rows()));
   for (int i = 0; i < d.coupled.size(); ++i) {
     const auto& p = d.preloaded[d.coupled.friction(i)];

@@ -80,6 +80,7 @@ class ModeChoice {
   void pose_driven(const ModeEquations& d);
   ContactSolution settle(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
   std::string other_motion(ModeEquations& d, const Vector& x, double t, const std::vector<int>& candidates);
+  double force_side(int k, int slip) const;
   bool may_be_several(ModeEquations& d);
   void take(ModeEquations& d);
   std::string present_motion(const ModeEquations& d) const;

@@ -149,7 +149,7 @@ ModeEquations::ModeEquations(const System& s, const std::vector<double>& restitu
   saddle.use(s.compiled().solve());
   for (int k = 0; k < s.contacts(); ++k) contacts[k].restitution = restitution[k];
   for (int k = 0; k < s.frictions(); ++k) {
-    preloaded[k].bound = s.friction_facts(k).bound;
+    preloaded[k].bound = preloaded[k].opposite = s.friction_facts(k).bound;
     preloaded[k].share = s.slide_share(k);
   }
   extremes.penetration.assign(s.contacts(), 0);
@@ -180,7 +180,7 @@ bool ModeEquations::solve_free(const Vector& x, double t) {
   if (films.any()) films.add(system, q, v, e);
   if (!saddle.factor(e.G.data())) return false;
   saddle.solve(e.force.data(), e.gamma.data(), a.data(), lambda.data());
-  if (coupled.size() > 0 && saddle.singular() && !facts_.redundant) {
+  if (coupled.reads_reactions() && saddle.singular() && !facts_.redundant) {
     trouble =
         "constraint rows are linearly dependent, so the reactions that bound joint friction are not unique "
         "(redundant joints, or a singular position)";

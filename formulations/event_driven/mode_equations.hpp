@@ -114,7 +114,10 @@ struct ModeFriction {
   int slip = 0;  ///< as for a contact
   SparseRow row;
   double gamma = 0, rate = 0, lambda = 0;
-  double bound = 0;  ///< N, at the last evaluation
+  double bound = 0;     ///< N, in the direction of its force, at the last evaluation
+  double opposite = 0;  ///< N, the bound in the opposite direction
+  /// N, what is left to the nearer limit
+  double slack() const { return std::min(bound - std::abs(lambda), opposite + std::abs(lambda)); }
   /// reactions of its joint at the choice of the mode, where its bound depends on them
   std::array<double, 2> reaction{};
   /// ratio of its sliding speed to the speed of the bodies, for the tolerance of zero sliding
@@ -122,7 +125,7 @@ struct ModeFriction {
   int unknown = -1;
   template <class M>
   void serialize(M& m) {
-    m(slip, row, gamma, rate, lambda, bound, reaction[0], reaction[1], unknown);
+    m(slip, row, gamma, rate, lambda, bound, opposite, reaction[0], reaction[1], unknown);
   }
 };
 

@@ -26,12 +26,6 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
   if (passes_pole(d)) return false;
   if (d.coupled.size() > 0 && !add_coupled(d)) return false;
   rows.apply(d.a.data(), d.lambda.data());
-  // Bounds from the reactions.
-  for (int i = 0; i < d.coupled.size(); ++i) {
-    const int k = d.coupled.friction(i);
-    auto& p = d.preloaded[k];
-    p.bound = system.friction_facts(k).limit(p.slip != 0 ? p.rate : 0, d.lambda.data());
-  }
   for (int k = 0; k < system.contacts(); ++k) {
     auto& c = d.contacts[k];
     if (c.unknown < 0) continue;
@@ -43,6 +37,17 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
   }
   for (auto& p : d.preloaded)
     if (p.unknown >= 0) p.lambda = rows.x[p.unknown];
+  // Bounds from the reactions and the rates.
+  for (int i = 0; i < d.coupled.size(); ++i) {
+    const int k = d.coupled.friction(i);
+    auto& p = d.preloaded[k];
+    const auto limit = [&](double side) {
+      return system.friction_facts(k).limit(p.slip != 0 ? p.rate : 0, d.lambda.data(), side);
+    };
+    const double side = p.slip != 0 ? -p.slip : p.lambda;
+    p.bound = limit(side);
+    p.opposite = d.bound_of(i).directed() ? limit(side < 0 ? 1 : -1) : p.bound;
+  }
   return true;
 }
 
@@ -136,12 +141,19 @@ void ModeMotion::solve_rows(ModeEquations& d) {
     auto& p = d.preloaded[d.coupled.friction(i)];
     if (p.slip != 0) return;  // its force would not agree with another choice
     const auto& bound = d.bound_of(i);
-    double l[2] = {d.lambda[bound.row], d.lambda[bound.row + 1]};
-    for (int r = 0; r < rows.used(); ++r)
-      for (const int which : {0, 1}) l[which] += rows.x[r] * rows.reaction(r)[bound.row + which];
-    p.bound = bound.coefficient(0.0) * bound.support(l[0], l[1]);
+    p.bound = bound.coefficient(0.0) * bound.support(reactions_with_rows(d, bound), rows.x[p.unknown]);
   }
   share_friction(d);
+}
+
+/// The reactions of a joint with the forces of the rows.
+ReactionBound::Reactions ModeMotion::reactions_with_rows(const ModeEquations& d, const ReactionBound& bound) {
+  auto l = bound.reactions(d.lambda.data());
+  for (int r = 0; r < d.rows.used(); ++r) {
+    const auto by = bound.reactions(d.rows.reaction(r));
+    for (const std::size_t which : {0U, 1U}) l[which] += d.rows.x[r] * by[which];
+  }
+  return l;
 }
 
 /// If sticking rows depend on each other, their forces are not unique. They are shared in
@@ -200,23 +212,18 @@ void ModeMotion::admit(ModeEquations& d, bool of_choice, double zero) {
     const auto& p = d.preloaded[k];
     if (p.unknown < 0) continue;
     limit.setZero(rows.used());
-    double constant = p.bound;
-    if (const auto& bound = d.system.friction_facts(k).reaction) {
-      const double *free = d.lambda.data() + bound->row, mu = bound->coefficient(0.0);
-      double l[2] = {p.reaction[0], p.reaction[1]};
-      for (const int i : {0, 1}) {
-        if (of_choice) break;
-        l[i] = free[i];
-        for (int r = 0; r < rows.used(); ++r) l[i] += rows.x[r] * rows.reaction(r)[bound->row + i];
+    for (const int side : {1, -1}) {  // of a force opposed to it
+      double constant = p.bound;
+      if (const auto& bound = d.system.friction_facts(k).reaction) {
+        const double mu = bound->coefficient(0.0);
+        const auto free = bound->reactions(d.lambda.data());
+        const auto slope = bound->slope(of_choice ? p.reaction : reactions_with_rows(d, *bound));
+        constant = mu * (bound->support({}, -side) + slope[0] * free[0] + slope[1] * free[1]);
+        for (int r = 0; r < rows.used(); ++r) {
+          const auto by = bound->reactions(rows.reaction(r));
+          limit[r] = mu * (slope[0] * by[0] + slope[1] * by[1]);
+        }
       }
-      const auto slope = bound->slope(l[0], l[1]);
-      constant = mu * (slope[0] * free[0] + slope[1] * free[1]);
-      for (int r = 0; r < rows.used(); ++r) {
-        const double* by = rows.reaction(r) + bound->row;
-        limit[r] = mu * (slope[0] * by[0] + slope[1] * by[1]);
-      }
-    }
-    for (const int side : {1, -1}) {
       conditions_.row(n) = limit;
       conditions_(n, p.unknown) += side;
       constants_[n++] = constant;

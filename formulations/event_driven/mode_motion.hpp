@@ -44,6 +44,7 @@ class ModeMotion {
  private:
   void hold_rows(ModeEquations& d, const Vector& x);
   void solve_rows(ModeEquations& d);
+  static ReactionBound::Reactions reactions_with_rows(const ModeEquations& d, const ReactionBound& bound);
   void share_friction(ModeEquations& d);
   void admit(ModeEquations& d, bool of_choice, double zero);
   bool passes_pole(ModeEquations& d);

@@ -61,7 +61,7 @@ double event_value(const EventDynamics& nominal, EventDynamics& f, const ModeEve
              std::abs(f.contacts[k].lambda_t);
     case Kind::slide_stick:
       rhs(f, x, t);
-      return f.preloaded[k].bound - std::abs(f.preloaded[k].lambda);
+      return f.preloaded[k].slack();
     case Kind::none:
       break;
   }

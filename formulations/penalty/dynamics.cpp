@@ -191,7 +191,7 @@ bool ReactiveFriction::add(PenaltyTerms& terms, SaddlePoint& saddle, bool redund
                            std::vector<double>& lambda) {
   if (!std::isfinite(a[0])) return true;  // solving for a failed, in this stage or an earlier one
   trouble = nullptr;
-  if (saddle.singular() && !redundant) {
+  if (laws.reads_reactions() && saddle.singular() && !redundant) {
     trouble =
         "constraint rows are linearly dependent, so the reactions that bound joint friction are not unique "
         "(redundant joints, or a singular position)";

@@ -55,8 +55,8 @@ int contact_rows(const System& system) {
   return rows;
 }
 
-/// Whether contact problems are solved in islands. Films and friction bounded by reactions need
-/// dense responses.
+/// Whether contact problems are solved in islands. Films and friction with varying bounds need dense
+/// responses.
 bool many_contacts(const System& system, const FilmStep& films) {
   return (!system.families().empty() || contact_rows(system) > most_whole_rows) && !films.any() &&
          system.reactive_frictions().empty();

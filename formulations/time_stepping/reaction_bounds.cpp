@@ -67,18 +67,21 @@ void ReactionBounds::follow(StepData& s, const StepProblem& p, const ImpulseResp
   for (int i = 0; i < coupled_.size(); ++i) {
     const int k = coupled_.friction(i);
     const auto& bound = *s.system.friction_facts(k).reaction;
-    double reactions[2] = {s.lambda[bound.row] + taken_back_[bound.row],
-                           s.lambda[bound.row + 1] + taken_back_[bound.row + 1]};
+    auto reactions = bound.reactions(s.lambda.data());
+    const auto add = [&](const double* lambda, double weight) {
+      const auto by = bound.reactions(lambda);
+      for (const std::size_t which : {0U, 1U}) reactions[which] += weight * by[which];
+    };
+    add(taken_back_.data(), 1);
     for (const auto& c : problem.unknowns)
       for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
-        for (const int which : {0, 1})
-          if (row >= 0) reactions[which] += impulse * responses.reaction(row)[bound.row + which];
+        if (row >= 0) add(responses.reaction(row), impulse);
     const auto& u = p.friction(k);
     const double own = driven_[static_cast<std::size_t>(k)] > 0 ? problem.b[u.tangent]
                                                                 : problem.rate(u.tangent),
                  after = own + 0.5 * h * p.slide_gamma[k],
                  mean = 0.5 * (p.slides[k].dot(s.v_old.data()) + after);
-    image_[i] = bound.coefficient(mean) * bound.support(reactions[0], reactions[1]);
+    image_[i] = bound.coefficient(mean) * bound.support(reactions, u.impulse_t != 0 ? u.impulse_t : -own, h);
   }
 }
 

@@ -1,4 +1,4 @@
-// ReactionBounds: joint friction that is bounded by the joint's own reaction
+// ReactionBounds: joint friction with a bound that depends on the joint's own reaction or on the speed
 // (docs/development/decisions/019),
 //
 //     −P_T ∈ μ S(Λ) Sgn(u_T⁺),
@@ -26,6 +26,7 @@ class ReactionBounds {
   explicit ReactionBounds(const System& system);
   /// Number of joints with such friction.
   int size() const { return coupled_.size(); }
+  bool reads_reactions() const { return coupled_.reads_reactions(); }
   /// Solves the present problem of `problem` with bounds that agree with its impulses.
   ContactSolution solve(StepData& step, StepProblem& problem, ImpulseResponses& responses);
   /// Whether no force can move the row of the k-th friction element, because the joint's motion is

@@ -36,7 +36,7 @@ class StepProblem {
   /// Whether multipliers of eliminated rows are computed once, from the velocities after all
   /// impulses. Not if they are needed while impulses are computed, nor if islands compute them.
   bool late_multipliers() const { return late_multipliers_; }
-  bool bounded_by_reactions() const { return bounds_.size() > 0; }
+  bool bounded_by_reactions() const { return bounds_.reads_reactions(); }
   bool driven(int friction) const { return bounds_.driven(friction); }
 
   /// @name Of the present problem

@@ -86,15 +86,19 @@ class Builder {
   void angle_stop(const AngleStopPair& stop, const ContactFacts& facts) { pair(stop, facts); }
   ///@}
 
-  /// Coulomb friction with a fixed bound, along an axis of the first body.
+  /// Coulomb friction with a fixed bound, along an axis of the first body or along the surface of a
+  /// pin.
   void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
                const std::optional<double>& regularisation);
-  /// Coulomb friction with a bound from the joint's reaction, along an axis of the first body or
-  /// along the surface of a pin.
+  void spinning(const Link& link, double radius, const std::string& name, double bound,
+                const std::optional<double>& regularisation);
+  /// The same with a bound that depends on the joint's reaction, or on the speed or direction.
   void sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
                const std::optional<double>& regularisation);
   void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
                 const std::optional<double>& regularisation);
+  /// m, radius at which the relative rotation of two bodies is as inert as their relative translation.
+  double gyration(const Link& link) const;
   /// The bound of friction from the constraint rows of an ideal joint.
   ReactionBound reaction_bound(int joint) const;
 

@@ -33,8 +33,9 @@ std::vector<std::string> contact_names(const Mechanism& mechanism);
 // Bound of the friction in an ideal joint from the joint's own reaction λ = (λ_1, λ_2), the
 // multipliers of its rows:
 //
-//     |f| ≤ μ(|u|) S(λ),     μ(s) = μ + (μ_s − μ) exp(−(s/v_S)²)   (Stribeck; else constant)
+//     |f| ≤ μ(|u|) S(λ),     μ(s) = μ + (μ_s − μ) exp(−(s/v_S)ⁿ)   (Stribeck; else constant)
 //
+//     fixed           S = 1 in the directions that have friction; μ and μ_s are the bounds themselves
 //     revolute        S = √(λ_1² + λ_2²)          f along the pin's surface, u = r (ω_j − ω_i):
 //                                                 a couple r f
 //     translational   S = |N|                     N = λ_1 across the guide, f along it, u = a·ḋ
@@ -44,39 +45,74 @@ std::vector<std::string> contact_names(const Mechanism& mechanism);
 // N_1 + N_2 = N and (N_2 − N_1) L/2 = M. S is a norm (a seminorm if the couple is neglected), so
 // |S(a) − S(b)| ≤ S(a − b). This property decides whether the friction is unique
 // (formulations/contact/coupled_friction.hpp). In time steps λ are impulses, and the bound is one
-// of an impulse. Source of μ(s) with exponent 2: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de
-// Wit, Automatica 30 (1994) 1083.
+// of an impulse; a fixed bound is multiplied by the duration, and gives no impulse to an impact.
+// Source of μ(s) with exponent 2: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30
+// (1994) 1083.
 
 struct ReactionBound {
-  int row = -1;      ///< first of the joint's two constraint rows
+  enum class Of { fixed, pin, guide };
+  using Reactions = std::array<double, 2>;
+
+  Of of = Of::guide;
+  int row = -1;      ///< first of the joint's constraint rows; −1: the bound reads none
   int element = -1;  ///< index of the joint in Mechanism::joints
-  bool pin = false;  ///< whether the joint is revolute
   /// 1/m, 2/L of a translational joint with a slider length; 0: the couple is neglected
   double couple = 0;
-  double friction = 0;  ///< μ of sliding
+  double friction = 0;  ///< μ of sliding; N for a fixed bound
   double more = 0;      ///< μ_s − μ, ≥ 0
   double stribeck = 1;  ///< m/s, v_S
+  double exponent = 2;  ///< n ≥ 1
+  /// Of::fixed: S for forces in the positive and in the negative direction
+  std::array<double, 2> ways{1, 1};
 
-  double support(double a, double b) const {
-    return pin ? std::hypot(a, b) : std::max(std::abs(a), couple * std::abs(b));
+  bool reads_reactions() const { return of != Of::fixed; }
+  /// Whether S depends on λ_2.
+  bool reads_second() const { return of == Of::pin || (of == Of::guide && couple > 0); }
+  /// Whether S depends on the direction of the force.
+  bool directed() const { return of == Of::fixed && ways[0] != ways[1]; }
+  /// λ_1 and λ_2 of the multipliers of all rows; 0 where S does not depend on them.
+  Reactions reactions(const double* lambda) const {
+    if (of == Of::fixed) return {};
+    return {lambda[row], reads_second() ? lambda[row + 1] : 0};
   }
-  double support(const double* lambda) const { return support(lambda[row], lambda[row + 1]); }
-  /// ∂S/∂(λ_1, λ_2); at a kink of S, the derivative of one side.
-  std::array<double, 2> slope(double a, double b) const {
-    if (pin) {
-      const double S = std::hypot(a, b);
-      return S > 0 ? std::array{a / S, b / S} : std::array{0.0, 0.0};
+  /// S, for a friction force in the direction of the sign of `side`. `duration` (s): that of the step
+  /// whose impulses λ are; 1 if they are forces.
+  double support(const Reactions& l, double side, double duration = 1) const {
+    switch (of) {
+      case Of::fixed:
+        return ways[side < 0 ? 1 : 0] * duration;
+      case Of::pin:
+        return std::hypot(l[0], l[1]);
+      case Of::guide:
+        break;
     }
-    if (couple * std::abs(b) > std::abs(a)) return {0, std::copysign(couple, b)};
-    return {std::copysign(1.0, a), 0};
+    return std::max(std::abs(l[0]), couple * std::abs(l[1]));
+  }
+  /// The greatest |S(l + d) − S(l)| for any l and direction.
+  double change(const Reactions& d) const { return of == Of::fixed ? 0 : support(d, 0); }
+  /// ∂S/∂(λ_1, λ_2); at a kink of S, the derivative of one side.
+  Reactions slope(const Reactions& l) const {
+    switch (of) {
+      case Of::fixed:
+        return {};
+      case Of::pin: {
+        const double S = std::hypot(l[0], l[1]);
+        return S > 0 ? Reactions{l[0] / S, l[1] / S} : Reactions{};
+      }
+      case Of::guide:
+        break;
+    }
+    if (couple * std::abs(l[1]) > std::abs(l[0])) return {0, std::copysign(couple, l[1])};
+    return {std::copysign(1.0, l[0]), 0};
   }
   /// μ(|u|)
   template <class T>
   T coefficient(const T& u) const {
     if (more == 0) return T(friction);
-    using std::exp;
+    using std::abs, std::exp, std::pow;
     const T x = u / stribeck;
-    return friction + more * exp(-x * x);
+    if (exponent == 2) return friction + more * exp(-x * x);
+    return friction + more * exp(-pow(abs(x), exponent));
   }
 };
 
@@ -128,12 +164,13 @@ struct FrictionFacts {
   std::string name;
   double bound = 0;                      ///< N, used if `reaction` is empty
   std::optional<double> regularisation;  ///< m/s
+  /// empty: the same bound in both directions and at all speeds
   std::optional<ReactionBound> reaction = {};
 
-  /// The bound (N) at the sliding speed u (m/s) and multipliers λ of all constraint rows; the bound
-  /// of an impulse if λ are impulses.
-  double limit(double u, const double* lambda) const {
-    return reaction->coefficient(u) * reaction->support(lambda);
+  /// The bound (N) of a force with the sign of `side`, at the sliding speed u (m/s) and the
+  /// multipliers λ of all constraint rows (N).
+  double limit(double u, const double* lambda, double side) const {
+    return reaction->coefficient(u) * reaction->support(reaction->reactions(lambda), side);
   }
 };
 

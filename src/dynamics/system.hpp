@@ -71,7 +71,8 @@ class System {
   /// Number of contacts and families.
   int reported() const { return static_cast<int>(contact_facts_.size()); }
   const FrictionFacts& friction_facts(int k) const { return friction_facts_[k]; }
-  /// Indices, increasing, of the joint frictions whose bound follows from the joint's reaction.
+  /// Indices, increasing, of the joint frictions whose bound follows from the joint's reaction, or
+  /// depends on the speed or direction of sliding.
   const std::vector<int>& reactive_frictions() const { return reactive_; }
   /// Name of the joint or drive that a constraint row belongs to.
   const std::string& row_name(int row) const { return rows_.names[row]; }

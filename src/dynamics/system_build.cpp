@@ -245,11 +245,28 @@ void Builder::sliding(const Link& link, const Vec2& axis, const std::string& nam
   s_.friction_facts_.back().reaction = bound;
 }
 
+void Builder::spinning(const Link& link, double radius, const std::string& name, double bound,
+                       const std::optional<double>& regularisation) {
+  s_.slidings_.push_back(SpinRow{link, radius});
+  s_.friction_facts_.push_back({name, bound, regularisation});
+}
+
 void Builder::spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
                        const std::optional<double>& regularisation) {
   s_.reactive_.push_back(s_.frictions());
-  s_.slidings_.push_back(SpinRow{link, radius});
-  s_.friction_facts_.push_back({name, 0, regularisation, bound});
+  spinning(link, radius, name, 0.0, regularisation);
+  s_.friction_facts_.back().reaction = bound;
+}
+
+double Builder::gyration(const Link& link) const {
+  double mass = 0, inertia = 0;  // reciprocals
+  for (const int body : {link.i, link.j})
+    if (body != ground) {
+      const auto& b = mechanism_.bodies[static_cast<std::size_t>(body)];
+      mass += 1 / b.mass;
+      inertia += 1 / b.inertia;
+    }
+  return std::sqrt(mass / inertia);
 }
 
 ReactionBound Builder::reaction_bound(int joint) const {
@@ -257,7 +274,7 @@ ReactionBound Builder::reaction_bound(int joint) const {
   for (const auto& r : s_.report_.reactions)
     if (r.element == joint) bound.row = r.begin;
   bound.element = joint;
-  bound.pin = std::holds_alternative<RevoluteJoint>(mechanism_.joints[joint]);
+  if (std::holds_alternative<RevoluteJoint>(mechanism_.joints[joint])) bound.of = ReactionBound::Of::pin;
   return bound;
 }
 

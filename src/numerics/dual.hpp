@@ -70,6 +70,9 @@ struct Dual {
     const double e = std::exp(x.value);
     return x.chain(e, e);
   }
+  friend Dual pow(const Dual& x, double p) {
+    return x.chain(std::pow(x.value, p), p * std::pow(x.value, p - 1));
+  }
   friend Dual tanh(const Dual& x) {
     const double y = std::tanh(x.value);
     return x.chain(y, 1 - y * y);

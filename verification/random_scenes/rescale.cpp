@@ -180,7 +180,12 @@ Scene rescaled(Scene scene, const Units& u) {
                      rescale(l.radial, L, force, T);
                    },
                    [&](JointFriction& l) {
-                     maybe(l.force, force), maybe(l.regularisation, L / T);
+                     maybe(l.force, force), maybe(l.torque, torque);
+                     maybe(l.regularisation, (l.torque ? 1 : L) / T);
+                     if (l.peak) {
+                       l.peak->bound *= l.torque ? torque : force;
+                       l.peak->stribeck_speed *= (l.torque ? 1 : L) / T;
+                     }
                      if (!l.reaction) return;
                      l.reaction->pin_radius *= L;
                      maybe(l.reaction->slider_length, L), maybe(l.reaction->stribeck_speed, L / T);

@@ -279,7 +279,10 @@ Scene nudged(Scene scene, double share, int which) {
     std::visit(
         Overloaded{[&](ForceLoad& l) { l.force = (1 + share * draw.either_way(1)) * l.force; },
                    [&](TorqueLoad& l) { near(l.torque); },
-                   [&](JointFriction& l) { near(l.reaction ? l.reaction->friction : *l.force); },
+                   [&](JointFriction& l) {
+                     near(l.reaction ? l.reaction->friction : l.torque ? *l.torque : *l.force);
+                     if (l.peak) near(l.peak->bound);
+                   },
                    [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
                    [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
                    [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },

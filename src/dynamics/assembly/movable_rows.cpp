@@ -48,8 +48,9 @@ void refuse_undetermined_friction(const System& system, const State& state) {
   for (const int k : system.reactive_frictions()) {
     const auto& facts = system.friction_facts(k);
     const auto& bound = *facts.reaction;
+    if (!bound.reads_reactions()) continue;
     const auto row = static_cast<std::size_t>(bound.row);
-    if (!found[row] && !((bound.pin || bound.couple > 0) && found[row + 1])) continue;
+    if (!found[row] && !(bound.reads_second() && found[row + 1])) continue;
     for (const auto& [link, begin, end, element] : system.report().reactions)
       if (begin <= bound.row && bound.row < end)
         throw ModelError(

@@ -17,18 +17,42 @@ struct Dynamics<JointFriction> : JointFriction {
                                                                               : reports;
   }
   void build(auto& b) const {
-    const auto& on = b.mechanism().joints[joint];
-    const auto* guide = std::get_if<TranslationalJoint>(&on);
-    if (!reaction) return b.sliding(link(b), guide->axis, name, *force, regularisation);
+    if (!reaction) return build_fixed(b);
+    const auto* guide = std::get_if<TranslationalJoint>(&b.mechanism().joints[joint]);
     auto bound = b.reaction_bound(joint);
     bound.friction = reaction->friction;
     if (reaction->static_friction) bound.more = *reaction->static_friction - reaction->friction;
     if (reaction->stribeck_speed) bound.stribeck = *reaction->stribeck_speed;
+    bound.exponent = reaction->stribeck_exponent.value_or(bound.exponent);
     if (guide && reaction->slider_length) bound.couple = 2 / *reaction->slider_length;
     if (guide)
       b.sliding(link(b), guide->axis, name, bound, regularisation);
     else
       b.spinning(link(b), reaction->pin_radius, name, bound, regularisation);
+  }
+
+ private:
+  void build_fixed(auto& b) const {
+    const auto* guide = std::get_if<TranslationalJoint>(&b.mechanism().joints[joint]);
+    const auto on = link(b);
+    const double arm = guide ? 1 : b.gyration(on);  // m, of a torque
+    auto speed = regularisation;
+    if (speed) *speed *= arm;
+    const double sliding = guide ? *force : *torque / arm;
+    const auto add = [&](const auto& bound) {
+      if (guide)
+        b.sliding(on, guide->axis, name, bound, speed);
+      else
+        b.spinning(on, arm, name, bound, speed);
+    };
+    if (!peak) return add(sliding);
+    ReactionBound bound;
+    bound.of = ReactionBound::Of::fixed;
+    bound.friction = sliding;
+    bound.more = peak->bound / arm - sliding;
+    bound.stribeck = peak->stribeck_speed * arm;
+    bound.exponent = peak->stribeck_exponent.value_or(bound.exponent);
+    add(bound);
   }
 };
 

@@ -2,8 +2,11 @@
 // the sliding speed u along one row (rows/sliding.hpp, rows/spin.hpp). The keys choose the bound B:
 //
 //     force                  a fixed force: the preload of a translational joint
+//     torque                 a fixed torque of a revolute joint
 //     friction, pin_radius   couple of at most μ r |F|; r pin radius, F joint reaction
 //     friction               μ S of a translational joint's reaction, with S of evaluation.hpp
+//
+// Each may fall from a static value at rest (Stribeck), here of a force: F + (F_s − F) exp(−(|u|/v)ⁿ).
 #pragma once
 
 #include <optional>
@@ -18,23 +21,42 @@ namespace freeplay {
 
 /// Friction bounded by the joint's own reaction.
 struct ReactionFriction {
-  double friction = 0;                         ///< μ of sliding, ≥ 0
-  double pin_radius = 0;                       ///< m, > 0, of a revolute joint
-  std::optional<double> slider_length = {};    ///< m, of a translational joint
-  std::optional<double> static_friction = {};  ///< μ_s at rest, ≥ μ
-  std::optional<double> stribeck_speed = {};   ///< m/s
+  double friction = 0;                           ///< μ of sliding, ≥ 0
+  double pin_radius = 0;                         ///< m, > 0, of a revolute joint
+  std::optional<double> slider_length = {};      ///< m, of a translational joint
+  std::optional<double> static_friction = {};    ///< μ_s at rest, ≥ μ
+  std::optional<double> stribeck_speed = {};     ///< m/s
+  std::optional<double> stribeck_exponent = {};  ///< n ≥ 1; empty: 2
+};
+
+/// Static value of a fixed bound.
+struct FrictionPeak {
+  double bound = 0;                              ///< N or N m, at rest, at least that of sliding
+  double stribeck_speed = 0;                     ///< m/s or rad/s, > 0
+  std::optional<double> stribeck_exponent = {};  ///< n ≥ 1; empty: 2
+
+  static void keys(auto& k, const auto& bound, const auto& speed, auto& p) {
+    k.need(bound, p.bound, non_negative);
+    k.need(speed, p.stribeck_speed, positive);
+    exponent(k, p.stribeck_exponent);
+  }
+  static void exponent(auto& k, auto& n) {
+    k.take({"stribeck_exponent", "", "n in exp(−(|u|/v)ⁿ), v the Stribeck speed; if absent: 2"}, n, one_or_more);
+  }
 };
 
 /// Friction torque or force of an ideal joint.
 struct JointFriction {
   static constexpr std::string_view type = "joint-friction";
   static constexpr auto reports = ForceElement::Kind::force;
-  std::string name;                  ///< of the element in the scene
-  int joint = -1;                    ///< index into Mechanism::joints
-  std::optional<double> force = {};  ///< N, fixed bound, ≥ 0
-  /// m/s, speed below which the penalty formulation's force is linear in speed
+  std::string name;                   ///< of the element in the scene
+  int joint = -1;                     ///< index into Mechanism::joints
+  std::optional<double> force = {};   ///< N, fixed bound, ≥ 0
+  std::optional<double> torque = {};  ///< N m, fixed bound of a revolute joint, ≥ 0
+  /// m/s, or rad/s of a torque: speed below which the penalty formulation's force is linear in speed
   std::optional<double> regularisation = {};
-  /// friction in proportion to the joint's reaction; empty: a fixed force
+  std::optional<FrictionPeak> peak = {};  ///< of a fixed bound
+  /// friction in proportion to the joint's reaction; empty: a fixed force or torque
   std::optional<ReactionFriction> reaction = {};
 
   std::string_view what() const {
@@ -43,13 +65,38 @@ struct JointFriction {
 
   static void keys(auto& k, auto& l) {
     const auto* on = k.template joint_of<TranslationalJoint, RevoluteJoint>(
-        {"joint", "", "the translational or, with friction, revolute joint"}, l.joint);
+        {"joint", "", "the translational or, with torque or friction, revolute joint"}, l.joint);
     const bool pin = on && std::holds_alternative<RevoluteJoint>(*on);
     k.take({"force", "N", "the bound of the friction force where it is fixed; instead of friction"}, l.force,
            non_negative);
-    k.take({"regularisation", "m/s",
-            "sliding speed below which friction is linear; required by the penalty formulation"},
-           l.regularisation, positive);
+    const bool turns = k.when(!on || pin, {"torque", "static_torque"}, "belongs to revolute joints");
+    if (turns)
+      k.take({"torque", "N m", "the bound of a revolute joint's friction torque where it is fixed"}, l.torque,
+             non_negative);
+    if (k.when(!l.torque))
+      k.take({"regularisation", "m/s",
+              "sliding speed below which friction is linear; required by the penalty formulation"},
+             l.regularisation, positive);
+    if (k.when(l.torque.has_value()))
+      k.take({"regularisation", "rad/s", "the same of a torque"}, l.regularisation, positive);
+    if (k.when(!pin, {"static_force"}, "belongs to translational joints"))
+      if (auto* p = k.group("static_force", l.peak)) {
+        FrictionPeak::keys(k, Key{"static_force", "N", "F_s of a fixed force F at rest, at least force"},
+                           Key{"stribeck_speed", "m/s", "v in F + (F_s − F) exp(−(|u|/v)ⁿ), u the sliding speed"},
+                           *p);
+        k.check(!l.force || p->bound >= *l.force, "static_force", "must be at least force, ", l.force.value_or(0));
+        k.check(l.force.has_value(), "static_force", "goes with force, which is missing");
+      }
+    if (turns)
+      if (auto* p = k.group("static_torque", l.peak)) {
+        FrictionPeak::keys(
+            k, Key{"static_torque", "N m", "T_s of a fixed torque T at rest, at least torque"},
+            Key{"stribeck_speed", "rad/s", "v in T + (T_s − T) exp(−(|u|/v)ⁿ), u the relative rotation rate"},
+            *p);
+        k.check(!l.torque || p->bound >= *l.torque, "static_torque", "must be at least torque, ",
+                l.torque.value_or(0));
+        k.check(l.torque.has_value(), "static_torque", "goes with torque, which is missing");
+      }
     if (auto* f = k.group("friction", l.reaction)) {
       k.need(
           {"friction", "", "μ of sliding: the bound is μ times the joint's own reaction; instead of force"},
@@ -65,22 +112,29 @@ struct JointFriction {
                f->slider_length, positive);
       k.take({"static_friction", "", "μ_s at rest, at least friction; required with stribeck_speed"},
              f->static_friction, non_negative);
-      k.take({"stribeck_speed", "m/s", "v in μ + (μ_s − μ) exp(−(u/v)²), u the sliding speed"},
+      k.take({"stribeck_speed", "m/s", "v in μ + (μ_s − μ) exp(−(|u|/v)ⁿ), u the sliding speed"},
              f->stribeck_speed, positive);
+      FrictionPeak::exponent(k, f->stribeck_exponent);
       k.check(f->static_friction.has_value() == f->stribeck_speed.has_value(),
               f->static_friction ? "static_friction" : "stribeck_speed",
               "static_friction and stribeck_speed go together; one of them is missing");
+      k.check(!f->stribeck_exponent || f->stribeck_speed, "stribeck_exponent", "goes with stribeck_speed");
       k.check(!f->static_friction || *f->static_friction >= f->friction, "static_friction",
               "must be at least friction, ", f->friction);
     }
     k.check(!on || !std::visit([](const auto& j) { return is_loose(j); }, *on), "joint",
             "must be a joint without clearance; one with clearance has friction by its surface");
-    k.check(!pin || l.reaction, "joint",
-            "must be a translational joint, or the bound be friction times its reaction, not a fixed force");
-    k.check(l.force || l.reaction, "force",
+    k.check(!pin || l.torque || l.reaction, "joint",
+            "must be a translational joint, or the bound a torque or friction times the joint's reaction, not a "
+            "fixed force");
+    k.check(l.force || l.torque || l.reaction, "force",
             "is missing: the bound is a fixed force, or friction times the joint's reaction");
     k.check(!l.force || !l.reaction, "force",
             "the bound is either a fixed force or friction times the joint's reaction");
+    k.check(!l.torque || !(l.force || l.reaction), "torque",
+            "the bound is either a fixed torque or friction times the joint's reaction");
+    k.when(l.peak || l.reaction, {"stribeck_speed", "stribeck_exponent"},
+           "goes with a static value: static_force, static_torque or static_friction");
   }
 
  private:
