@@ -109,9 +109,7 @@ class CoupledFriction {
   void slopes();
   ReactionBound::Reactions multipliers(int k, const Eigen::VectorXd& f) const;
   /// S_k, for a force opposed to the sign of c_k.
-  double support(int k, const ReactionBound::Reactions& l) const {
-    return bound(k).support(l, -factor_[k]);
-  }
+  double support(int k, const ReactionBound::Reactions& l) const { return bound(k).support(l, -factor_[k]); }
   const ReactionBound& bound(int k) const { return bounds_[static_cast<std::size_t>(k)]; }
 
   std::vector<int> which_;

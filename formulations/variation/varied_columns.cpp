@@ -62,8 +62,9 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
     std::copy_n(key.start.begin() + 2 * n, probe_->system.states(), column.begin() + probe_->state_offset());
   }
   if (!probe_->system.reactive_frictions().empty())
-    refuse("joint friction depends on the joint's reaction or on the speed; derivatives of such friction are not "
-           "available");
+    refuse(
+        "joint friction depends on the joint's reaction or on the speed; derivatives of such friction are not "
+        "available");
   for (auto& f : f_) f.resize(size_);
   for (auto& list : slopes_) list.assign(keys_.size(), Vector(size_));
   last_slopes_ = slopes_[0];

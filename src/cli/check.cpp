@@ -112,7 +112,8 @@ void economies(const Scene& scene, const System& system, const SaddlePoint& sadd
   if (scene.mechanism.gravity.is_zero()) left.emplace_back("gravity", "it is zero");
   if (!system.has_loads())
     left.emplace_back("work of loads", "no force, torque, damper or torque drive acts");
-  if (system.frictions() == 0) left.emplace_back("friction of joints", "no load of type joint-friction");
+  if (system.frictions() == 0)
+    left.emplace_back("friction of joints", "no load of type joint-friction or freewheel");
   if (scene.instruments.empty()) left.emplace_back("filters", "the scene has no instruments");
   std::string list;
   for (const auto& [what, reason] : left) list += (list.empty() ? "" : ", ") + what;

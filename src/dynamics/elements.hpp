@@ -16,6 +16,7 @@
 #include "dynamics/elements/effort_drive.hpp"
 #include "dynamics/elements/elastic_ratio.hpp"
 #include "dynamics/elements/force_load.hpp"
+#include "dynamics/elements/freewheel.hpp"
 #include "dynamics/elements/gear_joint.hpp"
 #include "dynamics/elements/governor.hpp"
 #include "dynamics/elements/induction_motor.hpp"

@@ -65,6 +65,14 @@ struct ReactionBound {
   /// Of::fixed: S for forces in the positive and in the negative direction
   std::array<double, 2> ways{1, 1};
 
+  /// A bound of this force (N) in both directions.
+  static ReactionBound fixed(double force) {
+    ReactionBound bound;
+    bound.of = Of::fixed;
+    bound.friction = force;
+    return bound;
+  }
+
   bool reads_reactions() const { return of != Of::fixed; }
   /// Whether S depends on λ_2.
   bool reads_second() const { return of == Of::pin || (of == Of::guide && couple > 0); }

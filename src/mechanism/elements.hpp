@@ -21,6 +21,7 @@
 #include "mechanism/elements/effort_drive.hpp"
 #include "mechanism/elements/elastic_ratio.hpp"
 #include "mechanism/elements/force_load.hpp"
+#include "mechanism/elements/freewheel.hpp"
 #include "mechanism/elements/gear_joint.hpp"
 #include "mechanism/elements/governor.hpp"
 #include "mechanism/elements/induction_motor.hpp"
@@ -52,8 +53,8 @@ using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, 
 using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
                            InductionMotor, Governor, AngleController, PositionController>;
 /// Any kind of load.
-using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction, Bushing,
-                          BumpStop, TorsionalBumpStop, BeamElement, ElasticRatio>;
+using Load = std::variant<ForceLoad, TorqueLoad, SpringDamper, TorsionalSpringDamper, JointFriction,
+                          Freewheel, Bushing, BumpStop, TorsionalBumpStop, BeamElement, ElasticRatio>;
 
 /// The word for a kind of element: its `type` in a scene; for drives, for example, "speed drive".
 template <class Kind>

@@ -25,7 +25,8 @@ const Way& way_named(std::string_view name) {
 const Way& best(const Scene& scene, const Way& way, bool touching) {
   // Penalty regularises a resting contact, or friction of fixed bound: another motion within its
   // own bounds.
-  const bool own = way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads));
+  const bool own = way.family == Family::penalty && (touching || has<JointFriction>(scene.mechanism.loads) ||
+                                                     has<Freewheel>(scene.mechanism.loads));
   return own ? way : way_named("event-driven");
 }
 
@@ -51,7 +52,7 @@ bool Subject::lubricated() const { return lubricates(scene); }
 bool Subject::conservative() const {
   const auto& m = scene.mechanism;
   if (!m.drives.empty() || lubricated() || has<ForceLoad>(m.loads) || has<TorqueLoad>(m.loads) ||
-      has<JointFriction>(m.loads))
+      has<JointFriction>(m.loads) || has<Freewheel>(m.loads))
     return false;
   const auto dissipates = [](const auto& load) {
     const Dynamics<std::decay_t<decltype(load)>> dynamics{load};

@@ -190,6 +190,7 @@ Scene rescaled(Scene scene, const Units& u) {
                      l.reaction->pin_radius *= L;
                      maybe(l.reaction->slider_length, L), maybe(l.reaction->stribeck_speed, L / T);
                    },
+                   [&](Freewheel& l) { l.torque_limit *= torque, maybe(l.regularisation, 1 / T); },
                    [&](BumpStop& l) {
                      ends(l.at), maybe(l.bump.lower, L), maybe(l.bump.upper, L);
                      l.bump.stiffness *= force / L, l.bump.damping *= force / L * T;

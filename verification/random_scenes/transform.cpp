@@ -144,6 +144,10 @@ Scene mirrored(Scene scene) {
                    [](SpringDamper& l) { flip_ends(l.at); },
                    [](TorsionalSpringDamper& l) { l.free_angle = -l.free_angle, flip(l.law); },
                    [](JointFriction&) {},
+                   [](Freewheel& l) {
+                     using enum Freewheel::Free;
+                     l.direction = l.direction == forward ? backward : forward;
+                   },
                    [](Bushing& l) {
                      flip_ends(l.at);
                      l.axis = flip(l.axis), l.free_angle = -l.free_angle;
@@ -283,6 +287,7 @@ Scene nudged(Scene scene, double share, int which) {
                      near(l.reaction ? l.reaction->friction : l.torque ? *l.torque : *l.force);
                      if (l.peak) near(l.peak->bound);
                    },
+                   [&](Freewheel& l) { near(l.torque_limit); },
                    [&](Bushing& l) { near(l.turn_stiffness), near(l.turn_damping); },
                    [&](BumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },
                    [&](TorsionalBumpStop& l) { near(l.bump.stiffness), near(l.bump.damping); },

@@ -46,9 +46,7 @@ struct Dynamics<JointFriction> : JointFriction {
         b.spinning(on, arm, name, bound, speed);
     };
     if (!peak) return add(sliding);
-    ReactionBound bound;
-    bound.of = ReactionBound::Of::fixed;
-    bound.friction = sliding;
+    auto bound = ReactionBound::fixed(sliding);
     bound.more = peak->bound / arm - sliding;
     bound.stribeck = peak->stribeck_speed * arm;
     bound.exponent = peak->stribeck_exponent.value_or(bound.exponent);

@@ -41,7 +41,8 @@ struct FrictionPeak {
     exponent(k, p.stribeck_exponent);
   }
   static void exponent(auto& k, auto& n) {
-    k.take({"stribeck_exponent", "", "n in exp(−(|u|/v)ⁿ), v the Stribeck speed; if absent: 2"}, n, one_or_more);
+    k.take({"stribeck_exponent", "", "n in exp(−(|u|/v)ⁿ), v the Stribeck speed; if absent: 2"}, n,
+           one_or_more);
   }
 };
 
@@ -81,10 +82,11 @@ struct JointFriction {
       k.take({"regularisation", "rad/s", "the same of a torque"}, l.regularisation, positive);
     if (k.when(!pin, {"static_force"}, "belongs to translational joints"))
       if (auto* p = k.group("static_force", l.peak)) {
-        FrictionPeak::keys(k, Key{"static_force", "N", "F_s of a fixed force F at rest, at least force"},
-                           Key{"stribeck_speed", "m/s", "v in F + (F_s − F) exp(−(|u|/v)ⁿ), u the sliding speed"},
-                           *p);
-        k.check(!l.force || p->bound >= *l.force, "static_force", "must be at least force, ", l.force.value_or(0));
+        FrictionPeak::keys(
+            k, Key{"static_force", "N", "F_s of a fixed force F at rest, at least force"},
+            Key{"stribeck_speed", "m/s", "v in F + (F_s − F) exp(−(|u|/v)ⁿ), u the sliding speed"}, *p);
+        k.check(!l.force || p->bound >= *l.force, "static_force", "must be at least force, ",
+                l.force.value_or(0));
         k.check(l.force.has_value(), "static_force", "goes with force, which is missing");
       }
     if (turns)
@@ -124,9 +126,11 @@ struct JointFriction {
     }
     k.check(!on || !std::visit([](const auto& j) { return is_loose(j); }, *on), "joint",
             "must be a joint without clearance; one with clearance has friction by its surface");
-    k.check(!pin || l.torque || l.reaction, "joint",
-            "must be a translational joint, or the bound a torque or friction times the joint's reaction, not a "
-            "fixed force");
+    k.check(
+        !pin || l.torque || l.reaction, "joint",
+        "must be a translational joint, or the bound a torque or friction times the joint's reaction, not a "
+        "fixed force");
+    k.check(!on || pin || !l.torque, "torque", "belongs to revolute joints");
     k.check(l.force || l.torque || l.reaction, "force",
             "is missing: the bound is a fixed force, or friction times the joint's reaction");
     k.check(!l.force || !l.reaction, "force",

@@ -17,8 +17,9 @@ const test::Way ways[] = {by_penalty, test::event_driven, test::fixed_steps(1e-4
 
 /// A wheel of 0.01 kg m² on a pin at its centre.
 std::string wheel(double spin, const std::string& keys, double duration) {
-  return test::body("b", 2, 0.01, fmt::format("angular_velocity = {}\n", spin)) + test::pin("j", "ground", "b") +
-         test::joint_friction("rub", "j", "regularisation = 1e-5\n" + keys) + test::run_for(duration);
+  return test::body("b", 2, 0.01, fmt::format("angular_velocity = {}\n", spin)) +
+         test::pin("j", "ground", "b") + test::joint_friction("rub", "j", "regularisation = 1e-5\n" + keys) +
+         test::run_for(duration);
 }
 std::string block(const std::string& keys) {
   return test::body("b", 1, 1) + test::guide("j", "ground", "b") +
@@ -43,8 +44,8 @@ std::string belt(double duration) {
          test::guide("rail", "ground", "belt") + test::guide("j", "belt", "b") +
          test::table("pace", "[[0, 0.1], [1, 0.1]]") + test::drive("motor", "rail", "velocity = \"pace\"\n") +
          test::spring("spring", "ground", "b", {-1, 0}, {}, 100, 1) +
-         test::joint_friction("rub", "j",
-                              "force = 5\nstatic_force = 10\nstribeck_speed = 0.05\nregularisation = 1e-6\n") +
+         test::joint_friction(
+             "rub", "j", "force = 5\nstatic_force = 10\nstribeck_speed = 0.05\nregularisation = 1e-6\n") +
          test::run_for(duration);
 }
 
@@ -55,7 +56,8 @@ TEST_CASE("invalid keys of friction with a fixed bound are refused", "[joint-fri
       [](const std::string& text) { return test::refusal(text); },
       {{wheel(1, "torque = -1\n", 1), "loads.rub.torque: must be 0 or greater"},
        {wheel(1, "torque = 1\nforce = 1\n", 1), "loads.rub.torque: the bound is either a fixed torque or"},
-       {wheel(1, "torque = 1\nfriction = 0.1\npin_radius = 0.1\n", 1), "loads.rub.torque: the bound is either"},
+       {wheel(1, "torque = 1\nfriction = 0.1\npin_radius = 0.1\n", 1),
+        "loads.rub.torque: the bound is either"},
        {wheel(1, "torque = 1\nstatic_torque = 2\n", 1), "loads.rub.stribeck_speed: is missing"},
        {wheel(1, "torque = 1\nstatic_torque = 0.5\nstribeck_speed = 1\n", 1),
         "loads.rub.static_torque: must be at least torque, 1"},
@@ -68,10 +70,11 @@ TEST_CASE("invalid keys of friction with a fixed bound are refused", "[joint-fri
        {block("force = 1\nstribeck_speed = 1\n"), "loads.rub.stribeck_speed: goes with a static value"},
        {block("force = 1\nstatic_force = 2\nstribeck_speed = 1\nstribeck_exponent = 0.5\n"),
         "loads.rub.stribeck_exponent: must be 1 or greater"},
-       {block("friction = 1\nstribeck_exponent = 2\n"), "loads.rub.stribeck_exponent: goes with stribeck_speed"}});
-  for (const auto& good : {wheel(1, "torque = 0.2\n", 1),
-                           wheel(1, "torque = 0.2\nstatic_torque = 0.6\nstribeck_speed = 3\n", 1),
-                           block("force = 1\nstatic_force = 2\nstribeck_speed = 0.1\nstribeck_exponent = 1\n")}) {
+       {block("friction = 1\nstribeck_exponent = 2\n"),
+        "loads.rub.stribeck_exponent: goes with stribeck_speed"}});
+  for (const auto& good :
+       {wheel(1, "torque = 0.2\n", 1), wheel(1, "torque = 0.2\nstatic_torque = 0.6\nstribeck_speed = 3\n", 1),
+        block("force = 1\nstatic_force = 2\nstribeck_speed = 0.1\nstribeck_exponent = 1\n")}) {
     const auto scene = parse_scene(good, "s.toml");
     CHECK(to_toml(parse_scene(to_toml(scene), "again")) == to_toml(scene));
   }
@@ -107,7 +110,8 @@ TEST_CASE("a wheel under a torque with static value reaches a speed in closed fo
 
 TEST_CASE("friction with a static value holds up to it and falls beyond", "[joint-friction]") {
   const auto pulled = [](double force) {
-    return block("force = 5\nstatic_force = 15\nstribeck_speed = 0.5\n") + test::force("pull", "b", {force, 0});
+    return block("force = 5\nstatic_force = 15\nstribeck_speed = 0.5\n") +
+           test::force("pull", "b", {force, 0});
   };
   for (const auto& way : ways) {
     CAPTURE(way.name);
@@ -175,15 +179,17 @@ TEST_CASE("snapshots and the exact Jacobian with friction of fixed bound and sta
        {"nonsmooth.scheme=\"event-driven\"", "nonsmooth.step=1e-3", "nonsmooth.scheme=\"moreau-jean\""})
     snapshots::check({text, "nonsmooth", {option}});
   for (const char* exponent : {"1", "2", "1.5"}) {
-    const auto scene = parse_scene(
-        test::two_bodies() +
-            test::joint_friction("rub_pin", "pin",
-                                 "torque = 0.4\nstatic_torque = 0.7\nstribeck_speed = 3\nregularisation = 50.0\n" +
-                                     fmt::format("stribeck_exponent = {}\n", exponent)) +
-            test::joint_friction("rub_slide", "slide",
-                                 "force = 3\nstatic_force = 4\nstribeck_speed = 0.5\nregularisation = 10.0\n") +
-            test::run_for(1),
-        "jacobian");
+    const auto scene =
+        parse_scene(test::two_bodies() +
+                        test::joint_friction(
+                            "rub_pin", "pin",
+                            "torque = 0.4\nstatic_torque = 0.7\nstribeck_speed = 3\nregularisation = 50.0\n" +
+                                fmt::format("stribeck_exponent = {}\n", exponent)) +
+                        test::joint_friction(
+                            "rub_slide", "slide",
+                            "force = 3\nstatic_force = 4\nstribeck_speed = 0.5\nregularisation = 10.0\n") +
+                        test::run_for(1),
+                    "jacobian");
     CHECK(test::jacobian_error(scene, 20261130, 6) < 1e-6);
   }
 }

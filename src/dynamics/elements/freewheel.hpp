@@ -1,0 +1,23 @@
+// Dynamics of mechanism/elements/freewheel.hpp, which states the equations.
+#pragma once
+
+#include "dynamics/elements/dynamics.hpp"
+#include "mechanism/elements/freewheel.hpp"
+
+namespace freeplay {
+
+template <>
+struct Dynamics<Freewheel> : Freewheel {
+  auto link(auto& b) const { return b.free_link(between, {}); }
+  void build(auto& b) const {
+    const auto on = link(b);
+    const double arm = b.gyration(on);  // m, at which speed and force of its row are
+    auto bound = ReactionBound::fixed(torque_limit / arm);
+    bound.ways[direction == Free::forward ? 1 : 0] = 0;
+    auto speed = regularisation;
+    if (speed) *speed *= arm;
+    b.spinning(on, arm, name, bound, speed);
+  }
+};
+
+}  // namespace freeplay
