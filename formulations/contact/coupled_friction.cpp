@@ -210,7 +210,7 @@ CoupledFriction::Outcome CoupledFriction::follow_branch() {
 /// Factorises 1 + c S' R at force_ in lu_.
 void CoupledFriction::slopes() {
   for (int k = 0; k < size(); ++k) {
-    const auto g = bound(k).slope(multipliers(k, force_));
+    const auto g = bound(k).slope(multipliers(k, force_), -factor_[k]);
     for (int j = 0; j < size(); ++j)
       slope_(k, j) = (k == j) + factor_[k] * (g[0] * R_(2 * k, j) + g[1] * R_(2 * k + 1, j));
   }
@@ -221,7 +221,7 @@ void CoupledFriction::prepare_follow() { slopes(); }
 
 void CoupledFriction::follow(const double* dlambda, double* df) {
   for (int k = 0; k < size(); ++k) {
-    const auto g = bound(k).slope(multipliers(k, force_)), d = bound(k).reactions(dlambda);
+    const auto g = bound(k).slope(multipliers(k, force_), -factor_[k]), d = bound(k).reactions(dlambda);
     step_[k] = -factor_[k] * (g[0] * d[0] + g[1] * d[1]);
   }
   lu_.solve(step_, trial_);

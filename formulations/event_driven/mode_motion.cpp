@@ -217,7 +217,7 @@ void ModeMotion::admit(ModeEquations& d, bool of_choice, double zero) {
       if (const auto& bound = d.system.friction_facts(k).reaction) {
         const double mu = bound->coefficient(0.0);
         const auto free = bound->reactions(d.lambda.data());
-        const auto slope = bound->slope(of_choice ? p.reaction : reactions_with_rows(d, *bound));
+        const auto slope = bound->slope(of_choice ? p.reaction : reactions_with_rows(d, *bound), -side);
         constant = mu * (bound->support({}, -side) + slope[0] * free[0] + slope[1] * free[1]);
         for (int r = 0; r < rows.used(); ++r) {
           const auto by = bound->reactions(rows.reaction(r));

@@ -50,8 +50,8 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
   for (int k = 0; k < system.frictions(); ++k)
     if (!system.friction_facts(k).regularisation)
       throw ModelError(
-          fmt::format("loads.{}.regularisation", system.friction_facts(k).name),
-          "is missing: the penalty formulation needs this velocity (m/s), below which friction is linear");
+          system.friction_facts(k).path("regularisation"),
+          "is missing: the penalty formulation needs this velocity, below which friction is linear");
   return contacts;
 }
 

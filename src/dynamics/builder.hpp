@@ -97,10 +97,15 @@ class Builder {
                const std::optional<double>& regularisation);
   void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
                 const std::optional<double>& regularisation);
+  /// The same of a pair of gears: the first wheel turns against the line of centres.
+  void turning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+               const std::optional<double>& regularisation);
   /// m, radius at which the relative rotation of two bodies is as inert as their relative translation.
   double gyration(const Link& link) const;
   /// The bound of friction from the constraint rows of an ideal joint.
   ReactionBound reaction_bound(int joint) const;
+  /// That from the last row, of a mesh: c for λ in the direction of the force, and in the opposite one.
+  ReactionBound mesh_bound(double along, double against) const;
 
   /// Adds a contact pair of any kind.
   void pair(const Pair& pair, const ContactFacts& facts);

@@ -41,16 +41,20 @@ std::vector<std::string> contact_names(const Mechanism& mechanism);
 //     translational   S = |N|                     N = λ_1 across the guide, f along it, u = a·ḋ
 //     with a length L S = |N_1| + |N_2| = max(|N|, 2|M|/L)
 //
+//     mesh of teeth   S = c |λ_1|      u of the first wheel at its base circle; c = c₁ where it drives,
+//                                      c₂ where it is driven (mechanism/mesh_loss.hpp)
+//
 // The ends of the slider, at ±L/2 along the axis, share N and the guide's couple M = λ_2:
 // N_1 + N_2 = N and (N_2 − N_1) L/2 = M. S is a norm (a seminorm if the couple is neglected), so
-// |S(a) − S(b)| ≤ S(a − b). This property decides whether the friction is unique
-// (formulations/contact/coupled_friction.hpp). In time steps λ are impulses, and the bound is one
-// of an impulse; a fixed bound is multiplied by the duration, and gives no impulse to an impact.
+// |S(a) − S(b)| ≤ S(a − b); of a mesh, S is sublinear, and the greater of c₁ and c₂ counts. This
+// property decides whether the friction is unique (formulations/contact/coupled_friction.hpp). In
+// time steps λ are impulses, and the bound is one of an impulse; a fixed bound is multiplied by the
+// duration, and gives no impulse to an impact.
 // Source of μ(s) with exponent 2: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30
 // (1994) 1083.
 
 struct ReactionBound {
-  enum class Of { fixed, pin, guide };
+  enum class Of { fixed, pin, guide, mesh };
   using Reactions = std::array<double, 2>;
 
   Of of = Of::guide;
@@ -62,7 +66,8 @@ struct ReactionBound {
   double more = 0;      ///< μ_s − μ, ≥ 0
   double stribeck = 1;  ///< m/s, v_S
   double exponent = 2;  ///< n ≥ 1
-  /// Of::fixed: S for forces in the positive and in the negative direction
+  /// Of::fixed: S for forces in the positive and in the negative direction. Of::mesh: c where λ_1 has
+  /// the direction of the force, and where it has the opposite one.
   std::array<double, 2> ways{1, 1};
 
   /// A bound of this force (N) in both directions.
@@ -77,7 +82,7 @@ struct ReactionBound {
   /// Whether S depends on λ_2.
   bool reads_second() const { return of == Of::pin || (of == Of::guide && couple > 0); }
   /// Whether S depends on the direction of the force.
-  bool directed() const { return of == Of::fixed && ways[0] != ways[1]; }
+  bool directed() const { return (of == Of::fixed || of == Of::mesh) && ways[0] != ways[1]; }
   /// λ_1 and λ_2 of the multipliers of all rows; 0 where S does not depend on them.
   Reactions reactions(const double* lambda) const {
     if (of == Of::fixed) return {};
@@ -91,15 +96,20 @@ struct ReactionBound {
         return ways[side < 0 ? 1 : 0] * duration;
       case Of::pin:
         return std::hypot(l[0], l[1]);
+      case Of::mesh:
+        return share(l, side) * std::abs(l[0]);
       case Of::guide:
         break;
     }
     return std::max(std::abs(l[0]), couple * std::abs(l[1]));
   }
   /// The greatest |S(l + d) − S(l)| for any l and direction.
-  double change(const Reactions& d) const { return of == Of::fixed ? 0 : support(d, 0); }
+  double change(const Reactions& d) const {
+    if (of == Of::fixed) return 0;
+    return directed() ? std::max(support(d, 1), support(d, -1)) : support(d, 1);
+  }
   /// ∂S/∂(λ_1, λ_2); at a kink of S, the derivative of one side.
-  Reactions slope(const Reactions& l) const {
+  Reactions slope(const Reactions& l, double side) const {
     switch (of) {
       case Of::fixed:
         return {};
@@ -107,6 +117,8 @@ struct ReactionBound {
         const double S = std::hypot(l[0], l[1]);
         return S > 0 ? Reactions{l[0] / S, l[1] / S} : Reactions{};
       }
+      case Of::mesh:
+        return {std::copysign(share(l, side), l[0]), 0};
       case Of::guide:
         break;
     }
@@ -122,6 +134,10 @@ struct ReactionBound {
     if (exponent == 2) return friction + more * exp(-x * x);
     return friction + more * exp(-pow(abs(x), exponent));
   }
+
+ private:
+  /// c of Of::mesh
+  double share(const Reactions& l, double side) const { return ways[(l[0] < 0) == (side < 0) ? 0 : 1]; }
 };
 
 /// Facts of a contact pair.
@@ -175,6 +191,11 @@ struct FrictionFacts {
   /// empty: the same bound in both directions and at all speeds
   std::optional<ReactionBound> reaction = {};
 
+  bool of_mesh() const { return reaction && reaction->of == ReactionBound::Of::mesh; }
+  /// The path of a key of its element in the scene.
+  std::string path(const std::string& key) const {
+    return (of_mesh() ? "joints." : "loads.") + name + "." + key;
+  }
   /// The bound (N) of a force with the sign of `side`, at the sliding speed u (m/s) and the
   /// multipliers λ of all constraint rows (N).
   double limit(double u, const double* lambda, double side) const {

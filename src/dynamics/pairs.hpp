@@ -217,8 +217,8 @@ struct AngleStopPair {
 //
 //     ġ = u·ḋ + ρ_i ω_i + ρ_j ω_j
 //
-// Teeth have no friction: their sliding depends on which pair of teeth carries, which no state
-// stores.
+// Teeth with backlash have no friction: their sliding depends on which pair of teeth carries, which no
+// state stores.
 
 template <class Mesh>
 struct FlankPair {

@@ -19,6 +19,7 @@
 #include "dynamics/rows/slide.hpp"
 #include "dynamics/rows/sliding.hpp"
 #include "dynamics/rows/spin.hpp"
+#include "dynamics/rows/turn.hpp"
 
 namespace freeplay {
 
@@ -28,7 +29,7 @@ using ConstraintRows =
                std::vector<MeshRow<RackMesh>>, std::vector<DistanceRow>, std::vector<ReducedBeamRows>>;
 using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, FlankPair<InvoluteMesh>,
                           FlankPair<RackMesh>, AngleStopPair, RatioPair>;
-using FrictionRow = std::variant<SlidingRow, SpinRow>;
+using FrictionRow = std::variant<SlidingRow, SpinRow, TurnRow>;
 
 /// Numbers of rows, contacts, frictions and states that an element adds to the solver.
 struct Carried {

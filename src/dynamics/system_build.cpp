@@ -258,6 +258,22 @@ void Builder::spinning(const Link& link, double radius, const std::string& name,
   s_.friction_facts_.back().reaction = bound;
 }
 
+void Builder::turning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
+                      const std::optional<double>& regularisation) {
+  s_.reactive_.push_back(s_.frictions());
+  s_.slidings_.push_back(TurnRow{link, radius});
+  s_.friction_facts_.push_back({name, 0, regularisation, bound});
+}
+
+ReactionBound Builder::mesh_bound(double along, double against) const {
+  ReactionBound bound;
+  bound.of = ReactionBound::Of::mesh;
+  bound.row = s_.rows_.pattern.rows - 1;
+  bound.friction = 1;
+  bound.ways = {along, against};
+  return bound;
+}
+
 double Builder::gyration(const Link& link) const {
   double mass = 0, inertia = 0;  // reciprocals
   for (const int body : {link.i, link.j})

@@ -137,6 +137,9 @@ void System::list_elements(const Mechanism& m) {
     if (r.element >= 0)
       r.element =
           report_.add(name_of(m.joints[r.element]), Kind::joint, bodies_of(m.joints[r.element]), r.element);
+  for (const auto& f : friction_facts_)  // of meshes, with their reactions; others are loads
+    for (const auto& r : report_.reactions)
+      if (f.of_mesh() && r.begin == f.reaction->row) report_.frictions.push_back(r.element);
   for (std::size_t k = 0; k < contact_facts_.size(); ++k)
     report_.contacts.push_back(
         report_.add(contact_facts_[k].name, Kind::contact, contact_facts_[k].bodies, contact_joints_[k]));

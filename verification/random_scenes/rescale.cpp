@@ -66,11 +66,11 @@ Scene rescaled(Scene scene, const Units& u) {
                           [&](GearJoint& j) {
                             ends(j.at), maybe(j.tooth_module, L);
                             if (j.pitch_radii) *j.pitch_radii = L * *j.pitch_radii;
-                            backlash(j.clearance);
+                            backlash(j.clearance), maybe(j.loss.regularisation, 1 / T);
                           },
                           [&](RackJoint& j) {
                             ends(j.at), maybe(j.tooth_module, L), j.pitch_radius *= L;
-                            backlash(j.clearance);
+                            backlash(j.clearance), maybe(j.loss.regularisation, 1 / T);
                           },
                           [&](SlotJoint& j) {
                             ends(j.at);

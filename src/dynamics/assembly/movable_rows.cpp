@@ -54,7 +54,7 @@ void refuse_undetermined_friction(const System& system, const State& state) {
     for (const auto& [link, begin, end, element] : system.report().reactions)
       if (begin <= bound.row && bound.row < end)
         throw ModelError(
-            fmt::format("loads.{}.joint", facts.name),
+            facts.path(facts.of_mesh() ? "efficiency" : "joint"),
             fmt::format("the reaction of {} bounds this friction but is statically indeterminate (dependent "
                         "constraint rows); remove the redundant support, or give a fixed force",
                         system.report().elements[static_cast<std::size_t>(element)].name));

@@ -12,7 +12,14 @@ struct Dynamics<RackJoint> : RackJoint {
   void build(auto& b) const {
     if (!phase) return;
     if (between[0] != ground) b.reach(pitch_radius);
-    build_teeth<RackMesh>(b, *this, std::sin(pressure_angle) * pitch_radius);
+    const auto rub = [&](const auto& link, const auto& c) {
+      // As for gears, but u is the rotation of the second body against the first, the gear.
+      const bool drives = flank == Flank::backward;
+      const double base = std::cos(pressure_angle) * pitch_radius;
+      b.spinning(link, base, name, b.mesh_bound(drives ? c[0] : c[1], drives ? c[1] : c[0]),
+                 speed_at(loss.regularisation, base));
+    };
+    build_teeth<RackMesh>(b, *this, std::sin(pressure_angle) * pitch_radius, rub);
   }
 };
 

@@ -13,6 +13,7 @@
 
 #include "mechanism/body.hpp"
 #include "mechanism/mesh.hpp"
+#include "mechanism/mesh_loss.hpp"
 
 namespace freeplay {
 
@@ -68,6 +69,7 @@ struct GearJoint {
   /// reader of scenes sets it (dynamics/assembly/meshing.hpp).
   std::optional<double> phase = 0;
   std::optional<Backlash> clearance = {};  ///< empty: an ideal joint
+  MeshLoss loss = {};                      ///< of an ideal joint
 
   std::string_view what() const { return clearance ? "a gear pair" : "a gear pair without backlash"; }
 
@@ -91,6 +93,7 @@ struct GearJoint {
     k.check(!j.internal || j.pitch(0) > j.pitch(1), "internal",
             "makes the first gear the ring, which must be larger");
     k.choose({"flank", "", "loaded flank of a pair without backlash: "}, j.flank);
+    MeshLoss::keys(k, j.loss);
     k.from_bodies(
         {"phase", "rad",
          "angle of the second body at which its teeth are centred in the gaps, with the first at angle 0 "
@@ -103,6 +106,7 @@ struct GearJoint {
       k.check(j.flank == Flank::forward, "flank",
               "applies to pairs without backlash; with backlash either flank is loaded");
     }
+    MeshLoss::check(k, j);
   }
 
   /// Pitch radius (m).

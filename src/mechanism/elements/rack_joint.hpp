@@ -27,6 +27,7 @@ struct RackJoint {
   /// centred in a gap; empty: not in mesh
   std::optional<double> phase = 0;
   std::optional<Backlash> clearance = {};  ///< empty: an ideal joint
+  MeshLoss loss = {};                      ///< of an ideal joint
 
   std::string_view what() const { return clearance ? "a rack" : "a rack without backlash"; }
 
@@ -39,6 +40,7 @@ struct RackJoint {
     k.take({"pressure_angle", "rad", "of the teeth at the standard distance; if absent: 20 degrees"},
            j.pressure_angle, acute);
     k.choose({"flank", "", "loaded flank of a pair without backlash: "}, j.flank);
+    MeshLoss::keys(k, j.loss);
     k.from_bodies(
         {"phase", "rad",
          "angle of the gear relative to the rack at which, opposite the rack's point, its teeth are "
@@ -50,6 +52,7 @@ struct RackJoint {
       k.check(j.flank == Flank::forward, "flank",
               "applies to pairs without backlash; with backlash either flank is loaded");
     }
+    MeshLoss::check(k, j);
   }
 
   /// Facts of a flank: its side (+1 or −1) and the backlash (m).
