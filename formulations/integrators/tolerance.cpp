@@ -122,7 +122,7 @@ double feature_length(const System& system, const State& start, double arm) {
   };
   for (int k = 0; k < system.phases(); ++k) {
     const auto& phase = system.phase(k);
-    if (phase.speed) continue;
+    if (phase.speed || phase.contact) continue;
     for (std::size_t i = 1; i < phase.kinks.size(); ++i) consider(phase, phase.kinks[i] - phase.kinks[i - 1]);
   }
   for (const auto& reader : system.curves().readers)

@@ -114,7 +114,7 @@ struct FixedStepErrors {
     const auto n = static_cast<std::size_t>(system.n());
     pulses.resize(static_cast<std::size_t>(system.phases()));
     for (int k = 0; k < system.phases(); ++k) {
-      if (system.phase(k).speed) continue;
+      if (system.phase(k).speed || system.phase(k).contact) continue;
       const auto rate = [&](const Vector& x, const double* v) {
         return system.phase(k).at(x.data(), v).rate;
       };

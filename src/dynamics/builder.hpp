@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "dynamics/system.hpp"
 #include "mechanism/mechanism.hpp"
@@ -107,6 +108,12 @@ class Builder {
   /// That from the last row, of a mesh: c for λ in the direction of the force, and in the opposite one.
   ReactionBound mesh_bound(double along, double against) const;
 
+  /// Adds a coordinate at whose kinks steps end. Returns its index in System::phases.
+  int phase(Phase phase) {
+    s_.curves_.spring_kinks = true;
+    s_.curves_.phases.push_back(std::move(phase));
+    return s_.phases() - 1;
+  }
   /// Adds a contact pair of any kind.
   void pair(const Pair& pair, const ContactFacts& facts);
 

@@ -22,6 +22,7 @@
 #include "dynamics/elements/induction_motor.hpp"
 #include "dynamics/elements/joint_friction.hpp"
 #include "dynamics/elements/motion_drive.hpp"
+#include "dynamics/elements/outline_contact.hpp"
 #include "dynamics/elements/plane_contact.hpp"
 #include "dynamics/elements/rack_joint.hpp"
 #include "dynamics/elements/ratio_joint.hpp"

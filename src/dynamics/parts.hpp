@@ -1,5 +1,5 @@
 // The kinds of constraint row and contact pair that a System consists of. Each kind is a file of
-// rows/, pairs.hpp or cam_pairs.hpp and is listed here once. Drives and loads are in elements.hpp.
+// rows/, pairs.hpp, cam_pairs.hpp or outline_pair.hpp and is listed here once. Drives and loads are in elements.hpp.
 #pragma once
 
 #include <string>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dynamics/cam_pairs.hpp"
+#include "dynamics/outline_pair.hpp"
 #include "dynamics/pairs.hpp"
 #include "dynamics/rows/angle.hpp"
 #include "dynamics/rows/distance.hpp"
@@ -27,7 +28,7 @@ using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
                std::vector<MotionRow>, std::vector<RatioRow>, std::vector<MeshRow<InvoluteMesh>>,
                std::vector<MeshRow<RackMesh>>, std::vector<DistanceRow>, std::vector<ReducedBeamRows>>;
-using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, FlankPair<InvoluteMesh>,
+using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, OutlinePair, FlankPair<InvoluteMesh>,
                           FlankPair<RackMesh>, AngleStopPair, RatioPair>;
 using FrictionRow = std::variant<SlidingRow, SpinRow, TurnRow>;
 

@@ -38,6 +38,9 @@ struct Phase {
   bool swept = false;
   /// True if the coordinate is the rate of the angle, travel or distance; always for `forward`.
   bool speed = false;
+  /// True for an edge of a contact's outline (dynamics/outline_pair.hpp), at whose ends no force of an
+  /// element has a kink.
+  bool contact = false;
 
   /// The coordinate and its rate; the rate of a speed is given as 0.
   Watched at(const double* q, const double* v) const {
@@ -74,7 +77,16 @@ struct Phase {
       m.rest = up ? piece.high : piece.low;
       return m;
     }
-    if (link.i == ground) return m;
+    if (link.i == ground) {
+      // A disc may stay above a corner: motion across the edge has no effect.
+      const int c = planar::first(link.j);
+      if (contact)
+        m.acceleration = std::abs(axis.x()) * bounds.acceleration[c] +
+                         std::abs(axis.y()) * bounds.acceleration[c + 1] +
+                         link.sj.norm() * (omega(bounds.speed.data(), link.j) * omega(bounds.speed.data(), link.j) +
+                                           omega(bounds.acceleration.data(), link.j));
+      return m;
+    }
     const Placement placed{q};
     const double turning = omega(bounds.speed.data(), link.i);
     const double reach =

@@ -123,6 +123,10 @@ class Check {
     centres(c);
     smooth(c.between, c.surface);
   }
+  void look(const OutlineContact& c) const {
+    second_only(c, "the outline");
+    if (c.radius > 0) smooth(c.between, c.surface);
+  }
   void look(const CamContact& c) const { turning(c.between, "between", "give the body inertia"); }
   void look(const TravelStop& c) const {
     // With an ideal slot joint there is no sliding on the stop.

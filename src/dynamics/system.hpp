@@ -91,6 +91,8 @@ class System {
   void step_motions(double t0, double t1, Evaluation& e) const {
     for (const auto& row : std::get<std::vector<MotionRow>>(rows_.kinds)) row.step(t0, t1, e);
   }
+  /// Whether a contact's rows depend on pieces of phases.
+  bool is_outline(int contact) const { return std::holds_alternative<OutlinePair>(pairs_[contact]); }
   bool has_friction(int contact) const { return contact_facts(contact).surface.friction.has_value(); }
   /// Whether a coordinate is an angle (rad); the others are lengths (m).
   bool is_angle(int coordinate) const { return coordinate % 3 == 2; }

@@ -50,16 +50,22 @@ List ones(Trace& trace, int array, int size) {
   return trace.inputs(array, std::vector<double>(static_cast<std::size_t>(size), 1));
 }
 
+/// The pieces of all phases as inputs; none if the point has none.
+std::vector<PieceOf<Traced>> traced_pieces(Trace& trace, const System& system, const Point& at) {
+  std::vector<PieceOf<Traced>> pieces;
+  for (int k = 0; at.pieces && k < system.phases(); ++k)
+    pieces.push_back({trace.input(of_pieces, 2 * k, at.pieces[k].low),
+                      trace.input(of_pieces, 2 * k + 1, at.pieces[k].high)});
+  return pieces;
+}
+
 void trace_motion(TracedObject& object, const System& system, const Point& at, Use use) {
   Trace trace(object, "motion");
   const auto t = trace.input(of_t, 0, at.t);
   const auto q = inputs(trace, of_q, at.q, system.n()), v = inputs(trace, of_v, at.v, system.n()),
              z = inputs(trace, of_z, at.z, system.states());
   const auto a = ones(trace, of_a, system.n()), lambda = ones(trace, of_lambda, system.rows());
-  std::vector<PieceOf<Traced>> pieces;
-  for (int k = 0; at.pieces && k < system.phases(); ++k)
-    pieces.push_back({trace.input(of_pieces, 2 * k, at.pieces[k].low),
-                      trace.input(of_pieces, 2 * k + 1, at.pieces[k].high)});
+  const auto pieces = traced_pieces(trace, system, at);
   auto e = system.make_evaluation<Traced>();
   e.pieces = at.pieces ? pieces.data() : nullptr;
   const ReadingOf<Traced> reading{nullptr, e.pieces};
@@ -128,8 +134,11 @@ void trace_contact(TracedObject& object, const System& system, const Point& at, 
   RowForces forces(ones(trace, of_a, system.n()));
   const auto normal = trace.input(of_forces, 0, 1), sticking = trace.input(of_forces, 1, 0),
              slip = trace.input(of_forces, 2, 1);
-  const auto e =
+  auto e =
       orient(system, q, [&](int b) { return std::ranges::find(facts.bodies, b) != facts.bodies.end(); });
+  std::vector<PieceOf<Traced>> pieces;
+  if (system.is_outline(k)) pieces = traced_pieces(trace, system, at);
+  e.pieces = pieces.empty() ? nullptr : pieces.data();
   ContactRowOf<Traced> row;
   system.contact(k, q.data(), v.data(), e, row);
   const bool modes = use == Use::modes;

@@ -27,6 +27,7 @@
 #include "mechanism/elements/induction_motor.hpp"
 #include "mechanism/elements/joint_friction.hpp"
 #include "mechanism/elements/motion_drive.hpp"
+#include "mechanism/elements/outline_contact.hpp"
 #include "mechanism/elements/plane_contact.hpp"
 #include "mechanism/elements/rack_joint.hpp"
 #include "mechanism/elements/ratio_joint.hpp"
@@ -48,7 +49,8 @@ namespace freeplay {
 using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint,
                            RodJoint, RatioJoint>;
 /// Any kind of contact outside joints.
-using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop>;
+using Contact =
+    std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop, OutlineContact>;
 /// Any kind of drive.
 using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
                            InductionMotor, Governor, AngleController, PositionController>;

@@ -58,6 +58,10 @@ struct Looked {
       };
       if (const auto* p = std::get_if<PlaneContact>(&contact)) round(p->between[1], p->radius);
       if (const auto* c = std::get_if<CamContact>(&contact)) edge(c->between[0], c->base_radius + c->lift);
+      if (const auto* o = std::get_if<OutlineContact>(&contact)) {
+        round(o->between[1], o->radius);
+        for (const auto& corner : o->points) edge(o->between[0], (o->at[0] + corner).norm());
+      }
       if (const auto* d = std::get_if<DiscContact>(&contact))
         for (const int end : {0, 1}) round(d->between[end], d->radii[end]);
     }

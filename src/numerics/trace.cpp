@@ -115,10 +115,13 @@ Traced pick(const Traced& index, std::span<const double> column) {
   return Trace::active()->look_up(Operation::pick, index, column, found);
 }
 
+void only_differentiated(const char* reason) {
+  if (!Trace::active()->is_unshared()) throw NotTraceable(reason);
+}
+
 std::vector<Traced> call_outside(OutsideFunction function, std::span<const Traced> x, const char* reason) {
-  auto* trace = Trace::active();
-  if (!trace->is_unshared()) throw NotTraceable(reason);
-  return trace->call(std::make_shared<const OutsideFunction>(std::move(function)), x);
+  only_differentiated(reason);
+  return Trace::active()->call(std::make_shared<const OutsideFunction>(std::move(function)), x);
 }
 
 double value_of(const Traced& x) {

@@ -139,6 +139,9 @@ struct OutsideFunction {
 /// Throws NotTraceable with `reason` unless the function is only differentiated (TracedObject::unshared()).
 std::vector<Traced> call_outside(OutsideFunction function, std::span<const Traced> x, const char* reason);
 
+/// Throws NotTraceable with `reason` unless the function is only differentiated.
+void only_differentiated(const char* reason);
+
 /// The value of a constant. Throws NotTraceable for any other number: a search by iteration has no
 /// compiled function.
 [[gnu::noinline]] double value_of(const Traced& x);

@@ -97,6 +97,11 @@ Scene rescaled(Scene scene, const Units& u) {
                             c.roller_radius *= L, c.base_radius *= L, c.lift *= L;
                             stretch(c.table, 1, L);
                           },
+                          [&](OutlineContact& c) {
+                            ends(c.at), maybe(c.stiffness, force / L);
+                            for (auto& p : c.points) p = L * p;
+                            c.radius *= L, c.corner_radius *= L;
+                          },
                           [&](TravelStop& c) {
                             stop(c.stop);
                             maybe(c.stop.lower, L), maybe(c.stop.upper, L);

@@ -105,6 +105,11 @@ Scene mirrored(Scene scene) {
   for (auto& contact : m.contacts)
     std::visit(Overloaded{[](PlaneContact& c) { flip_ends(c.at), c.axis = flip_wall(c.axis); },
                           [](DiscContact& c) { flip_ends(c.at); }, [](CamContact& c) { flip(c); },
+                          [](OutlineContact& c) {
+                            flip_ends(c.at);
+                            for (auto& p : c.points) p = flip(p);
+                            std::ranges::reverse(c.points);
+                          },
                           [](TravelStop&) {},
                           [](AngleStop& c) {
                             if (c.direction) c.direction = on_grid(std::numbers::pi) - *c.direction;
@@ -270,7 +275,8 @@ Scene nudged(Scene scene, double share, int which) {
                           [&](DiscContact& c) {
                             for (auto& R : c.radii) R *= 1 - share * draw();
                           },
-                          [&](CamContact& c) { c.base_radius *= 1 - share * draw(); }, [](auto&) {}},
+                          [&](CamContact& c) { c.base_radius *= 1 - share * draw(); },
+                          [&](OutlineContact& c) { c.radius *= 1 - share * draw(); }, [](auto&) {}},
                contact);
   for (auto& s : m.surfaces) {
     if (s.restitution && *s.restitution < 1) near(*s.restitution);

@@ -58,7 +58,7 @@ class PoseShapes {
   template <class X>
   void ends(const X& x, bool joint) {
     if constexpr (requires { x.between[0], x.at[0].x(); }) {
-      if constexpr (requires { x.radii; } || std::is_same_v<X, RatioJoint>) return;
+      if constexpr (requires { x.radii; } || std::is_same_v<X, RatioJoint> || std::is_same_v<X, OutlineContact>) return;
       const bool slides = requires { x.axis; }
       &&!std::is_same_v<X, Bushing>;
       if (!slides) corner(x.between[0], x.at[0]);
@@ -137,6 +137,25 @@ class PoseShapes {
       row("disc", c.name, c.between[1], p, {roller, 0});
     else
       line(c.name, c.between[1], p, direction(c.between[1], c.axis), c.base_radius);
+  }
+  /// Draws an outline with its rounded corners, and the disc.
+  void draw_contact(const OutlineContact& c) {
+    const auto centres = c.centres();
+    const auto point = [&](const Vec2& at) {
+      row("outline", c.name, c.between[0], place_of(q_, c.between[0], c.at[0] + at));
+    };
+    const std::size_t n = centres.size();
+    for (std::size_t k = 0; k <= n; ++k) {  // the last corner is the first one, which closes the line
+      const Vec2 before = c.along(k + n - 1), after = c.along(k);
+      const double turn = n == 2 ? std::numbers::pi : std::atan2(cross(before, after), dot(before, after));
+      const int pieces = c.corner_radius > 0 ? static_cast<int>(std::ceil(turn / 0.2)) : 0;
+      for (int i = 0; i <= pieces; ++i) {
+        const double angle = pieces > 0 ? turn * i / pieces : 0;
+        const Vec2 along = std::cos(angle) * before + std::sin(angle) * perp(before);
+        point(centres[k % n] - c.corner_radius * perp(along));
+      }
+    }
+    row("disc", c.name, c.between[1], place_of(q_, c.between[1], c.at[1]), {c.radius, 0});
   }
   void line(const std::string& name, int body, const Vec2& middle, const Vec2& along, double half) {
     row("line", name, body, middle - half * along, middle + half * along, body);

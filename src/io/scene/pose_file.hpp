@@ -12,7 +12,7 @@
 //     support   a point that the ground holds
 //     wall      a straight contact, (a, b) along it
 //     disc      a round contact or a gear's pitch circle, a its radius
-//     outline   a point of a cam's outline
+//     outline   a point of the outline of a cam or of an outline contact
 //     line      a rack's pitch line or a follower's face, to (a, b)
 //     spring    a load between (x, y) and (a, b)
 //     beam      a point of a beam's line in the order of its length, (a, b) its place on the unloaded
