@@ -1,0 +1,94 @@
+// Mechanisms of outlines against closed forms: a Geneva wheel, and a latch at its greatest force.
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+/// The wheel of cases/geneva-wheel at time t: the pin is on the driving side of the slot, at a distance c from its
+/// middle, a sin(α + β) − C sin β = c, from the crank angle at which it reaches that side to the one at which it
+/// moves along it; the wheel rests between.
+struct Geneva {
+  static constexpr double a = 0.05, C = 0.070710678118654752, c = 5e-5, start = -M_PI / 3;
+  double stop = std::asin((a - c) / C), rest = stop - M_PI / 2;
+  double entry = std::asin((c - C * std::cos(stop)) / a) - rest, exit = M_PI / 2 - stop;
+
+  double time(double alpha) const { return (alpha - start) / (2 * M_PI); }
+  double angle(double t) const {
+    const double total = start + 2 * M_PI * t, turn = std::floor((total + M_PI) / (2 * M_PI));
+    const double alpha = total - 2 * M_PI * turn, before = rest + turn * M_PI / 2;
+    if (alpha < entry) return before;
+    if (alpha > exit) return before + M_PI / 2;
+    const double A = a * std::sin(alpha), B = a * std::cos(alpha) - C;
+    return std::atan2(B, A) + std::acos(c / std::hypot(A, B)) + turn * M_PI / 2;
+  }
+};
+
+/// A block that a force F pulls along x, and a roller of a pawl that a force P presses on the ramp of the block's
+/// tooth, inclined by γ. Both are guided without rotation. The ramp slips at F = P tan(γ + atan μ).
+struct Latch {
+  double pull, press = 20, incline = std::atan(0.8), friction = 0.2, block = 2, pawl = 0.5;
+  double greatest() const { return press * std::tan(incline + std::atan(friction)); }
+  /// m/s², of the block, when the ramp slips: N (sin γ + μ cos γ) acts on it, N (cos γ − μ sin γ) on the pawl.
+  double acceleration() const {
+    const double slope = std::tan(incline);
+    return (pull - greatest()) / (block + pawl * slope * std::tan(incline + std::atan(friction)));
+  }
+  std::string text(double duration) const {
+    const double R = 0.01, width = 0.05, height = 0.04;
+    // The roller touches the middle of the right ramp.
+    const Vec2 at = Vec2{0.5 * width, 0.5 * height} + R * Vec2{std::sin(incline), std::cos(incline)};
+    return "gravity = [0, 0]\n" + test::body("block", block, 1e-3, "position = [0, 0]\nvelocity = [0, 0]\n") +
+           test::body("pawl", pawl, 1e-4,
+                      fmt::format("position = [{:.17g}, {:.17g}]\nvelocity = [0, 0]\n", at.x(), at.y())) +
+           test::guide("rail", "ground", "block", {1, 0}) + test::guide("stem", "ground", "pawl", {0, 1}, at) +
+           test::surface("s", 0, friction, "young = 2e11\npoisson = 0.3\n") +
+           "[contacts.tooth]\ntype = \"outline\"\nbetween = [\"block\", \"pawl\"]\n"
+           "points = [[-0.05, 0], [0.05, 0], [0, 0.04]]\ncorner_radius = 1e-3\nradius = 0.01\nsurface = \"s\"\n" +
+           test::force("pull", "block", {pull, 0}) + test::force("press", "pawl", {0, -press}) +
+           test::run_for(duration, "start = \"given\"\n");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a Geneva wheel turns and rests as its geometry says", "[outline]") {
+  const Geneva expected;
+  auto scene = read_scene(test::source_folder() / "cases/geneva-wheel/scene.toml",
+                          {"surfaces.steel.restitution=0"});
+  const auto exact = test::motion_rows(scene, Family::nonsmooth, 1e-3);
+  // The mouth of the slot recedes by c²/(2 (r + R)) = 2.3e-7 m at the end of a step, 5e-6 rad at 50 mm.
+  CHECK(exact.worst([&](const auto& row) { return row.q[2] - expected.angle(row.t); }) < 5e-6);
+  // The pin approaches at 4.4e-4 m/s; positions have errors below 1e-10 m.
+  CHECK(test::touch(exact.run, 0).t == Approx(expected.time(expected.entry)).margin(1e-6));
+  CHECK(expected.time(expected.entry) == Approx(0.04205070883688835).epsilon(1e-12));
+  scene.nonsmooth.scheme = Scheme::moreau_jean;
+  // a fifth of the clearance, at 20 mm from the wheel's centre
+  const double loose = 0.2 * Geneva::c / 0.02;
+  const auto stepped = test::motion_rows(scene, Family::nonsmooth, 1e-3);
+  CHECK(stepped.worst([&](const auto& row) { return row.q[2] - expected.angle(row.t); }) < loose);
+  scene = read_scene(test::source_folder() / "cases/geneva-wheel/scene.toml");
+  const auto soft = test::motion_rows(scene, Family::penalty, 1e-3);
+  // A pin that leaves its side stays within the clearance, 2 c on 20 mm.
+  CHECK(soft.worst([&](const auto& row) { return row.q[2] - expected.angle(row.t); }) < 2 * Geneva::c / 0.02);
+}
+
+TEST_CASE("a latch holds below its greatest force and slips above it", "[outline]") {
+  Latch latch{0};
+  latch.pull = 0.999 * latch.greatest();
+  for (const auto& way : {test::event_driven, test::chosen_steps}) {
+    const auto held = test::finished(way, latch.text(0.05)).final_state;
+    CHECK(std::abs(held.q[0]) < 1e-9);  // sticking is exact
+    CHECK(std::abs(held.v[0]) < 1e-9);
+  }
+  latch.pull = 1.1 * latch.greatest();
+  REQUIRE(latch.acceleration() > 0);
+  const double t = 0.08, moved = 0.5 * latch.acceleration() * t * t;
+  REQUIRE(moved < 0.02);  // on the ramp
+  const auto slipped = test::finished(test::event_driven, latch.text(t)).final_state;
+  CHECK(slipped.q[0] == Approx(moved).epsilon(1e-6));
+  CHECK(slipped.v[0] == Approx(latch.acceleration() * t).epsilon(1e-6));
+  // The pawl rises by the slope of the ramp.
+  const double rise = slipped.v[4] / slipped.v[0];
+  CHECK(rise == Approx(std::tan(latch.incline)).epsilon(1e-9));
+}
