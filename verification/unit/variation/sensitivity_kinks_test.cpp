@@ -125,3 +125,26 @@ TEST_CASE("derivatives of elements with kinks and limits equal extrapolated diff
   CHECK(found.silent == 0);
   CHECK(found.beyond <= 0.05 * found.compared);
 }
+
+TEST_CASE("derivatives jump where a disc passes the end of a face", "[sensitivity][outline]") {
+  // A disc slides at v off a face, around its rounded end and away (closed form of its leaving: see
+  // outline_runs_test.cpp). A longer face moves its later path by δ along x and by δ/v in time:
+  // ∂x/∂δ = 1 − v_x/v, ∂y/∂δ = −v_y/v.
+  const double v = 0.5, R = 0.1, r = 0.02, g = 9.81, rho = R + r;
+  const auto text = "gravity = [0, -9.81]\n" +
+                    test::body("disc", 1, 0.5, "position = [-0.09, 0.12]\nvelocity = [0.5, 0]\nangle = 0\n"
+                                               "angular_velocity = 0\n") +
+                    test::surface("s", 0, "young = 2e11\npoisson = 0.3\n") +
+                    "[contacts.side]\ntype = \"outline\"\nbetween = [\"ground\", \"disc\"]\n"
+                    "points = [[-1, 0], [0.01, 0]]\ncorner_radius = 0.02\nradius = 0.1\nsurface = \"s\"\n" +
+                    test::run_for(0.48, "start = \"given\"\n");
+  const auto s = by_way(test::event_driven, text, {"end.disc.x", "end.disc.y", "end.disc.vx", "end.disc.vy"},
+                        {"contacts.side.points[1][0]"});
+  const double cosine = 2.0 / 3 + v * v / (3 * g * rho), speed = std::sqrt(g * rho * cosine);
+  const double vx = speed * cosine, vy = s.quantities[3].value;
+  CHECK(s.quantities[2].value == Approx(vx).epsilon(1e-6));
+  check_derivatives(s.quantities[0], {1 - vx / v}, 1e-5);
+  check_derivatives(s.quantities[1], {-vy / v}, 1e-5);
+  check_derivatives(s.quantities[2], {0}, 1e-5, 1e-5);
+  check_derivatives(s.quantities[3], {g / v}, 1e-5);  // −v̇_y/v
+}
