@@ -1,26 +1,26 @@
 // Contact pair of a disc and a convex outline (mechanism/elements/outline_contact.hpp).
 //
-// Let C be the convex polygon through the centres c_k of the corners' arcs, R the radius of the disc, r that of
-// the corners, and x the disc's centre in the axes of body i, from its point. With unit vectors u_k from c_k to
-// c_{k+1}, edges of length L_k, s_k = u_k·(x − c_k) and heights h_k = −perp u_k·(x − c_k),
+// Let C be the convex polygon through the centres c_k of the corners' arcs, R the radius of the disc, r that
+// of the corners, and x the disc's centre in the axes of body i, from its point. With unit vectors u_k from
+// c_k to c_{k+1}, edges of length L_k, s_k = u_k·(x − c_k) and heights h_k = −perp u_k·(x − c_k),
 //
 //     g = D(x) − (r + R),     D = max h_k            inside C
 //                             D = h_k                outside, beside an edge: h_k ≥ 0, 0 ≤ s_k ≤ L_k
 //                             D = |x − c_k|          outside, nearest to a corner
 //
-// An edge is a wall (LinePair), a corner a circle of radius r (RoundPair); both have the same tangent t = u_k
-// counterclockwise around the outline. g and ġ are continuous, g̈ jumps between an edge and a corner by
-// (t·w)²/(r + R), with the velocity w of the disc's centre in the axes of body i. Therefore s_k = 0 and
-// s_k = L_k are kinks (dynamics/phase.hpp): steps of adaptive integrators end there, and within a step the disc
-// keeps its feature. On corners the sliding rate is that of the disc's surface,
+// An edge is a wall (LinePair), a corner a circle of radius r (RoundPair). Both have the same tangent
+// t = u_k, counterclockwise around the outline. g and ġ are continuous; g̈ jumps between an edge and a corner
+// by (t·w)²/(r + R), with the velocity w of the disc's centre in the axes of body i. Therefore s_k = 0 and
+// s_k = L_k are kinks (dynamics/phase.hpp): steps of adaptive integrators end there, and within a step the
+// disc keeps its feature. On corners the sliding rate is that of the disc's surface,
 //
 //     v_T = t·ė − R ω_j − (r + g) ω_i
 //
 // as on edges, so that it is continuous, too.
 //
-// Bounds. D is convex and |∇D| ≤ 1, and outside C its second derivatives are between 0 and 1/D. With bounds of
-// |w| and of the acceleration A of x in the axes of body i, g + r + R therefore has the bounds of a distance
-// |d| with |ḋ| ≤ |w| and |d̈| ≤ A (GapMotion::Shape::outside), whichever features come near within the step.
+// Bounds. D is convex and |∇D| ≤ 1, and outside C its second derivatives are between 0 and 1/D. With bounds
+// of |w| and of the acceleration A of x in the axes of body i, D therefore has the bounds of a distance |d|
+// with |ḋ| ≤ |w| and |d̈| ≤ A (GapMotion::Shape::outside), whichever features come near within the step.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // The kinds of constraint row and contact pair that a System consists of. Each kind is a file of
-// rows/, pairs.hpp, cam_pairs.hpp or outline_pair.hpp and is listed here once. Drives and loads are in elements.hpp.
+// rows/, pairs.hpp, cam_pairs.hpp or outline_pair.hpp and is listed here once. Drives and loads are in
+// elements.hpp.
 #pragma once
 
 #include <string>

@@ -78,13 +78,13 @@ struct Phase {
       return m;
     }
     if (link.i == ground) {
-      // A disc may stay above a corner: motion across the edge has no effect.
+      if (!contact) return m;
+      // A disc may stay above a corner: its motion across the edge has no effect.
       const int c = planar::first(link.j);
-      if (contact)
-        m.acceleration = std::abs(axis.x()) * bounds.acceleration[c] +
-                         std::abs(axis.y()) * bounds.acceleration[c + 1] +
-                         link.sj.norm() * (omega(bounds.speed.data(), link.j) * omega(bounds.speed.data(), link.j) +
-                                           omega(bounds.acceleration.data(), link.j));
+      const double turn = bounds.speed[c + 2];
+      m.acceleration = std::abs(axis.x()) * bounds.acceleration[c] +
+                       std::abs(axis.y()) * bounds.acceleration[c + 1] +
+                       link.sj.norm() * (turn * turn + bounds.acceleration[c + 2]);
       return m;
     }
     const Placement placed{q};

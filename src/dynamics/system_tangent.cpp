@@ -134,8 +134,7 @@ void trace_contact(TracedObject& object, const System& system, const Point& at, 
   RowForces forces(ones(trace, of_a, system.n()));
   const auto normal = trace.input(of_forces, 0, 1), sticking = trace.input(of_forces, 1, 0),
              slip = trace.input(of_forces, 2, 1);
-  auto e =
-      orient(system, q, [&](int b) { return std::ranges::find(facts.bodies, b) != facts.bodies.end(); });
+  auto e = orient(system, q, [&](int b) { return std::ranges::find(facts.bodies, b) != facts.bodies.end(); });
   std::vector<PieceOf<Traced>> pieces;
   if (system.is_outline(k)) pieces = traced_pieces(trace, system, at);
   e.pieces = pieces.empty() ? nullptr : pieces.data();

@@ -49,8 +49,7 @@ namespace freeplay {
 using Joint = std::variant<RevoluteJoint, TranslationalJoint, RigidJoint, GearJoint, RackJoint, SlotJoint,
                            RodJoint, RatioJoint>;
 /// Any kind of contact outside joints.
-using Contact =
-    std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop, OutlineContact>;
+using Contact = std::variant<PlaneContact, DiscContact, CamContact, TravelStop, AngleStop, OutlineContact>;
 /// Any kind of drive.
 using Drive = std::variant<SpeedDrive, TorqueDrive, MotionDrive, TorqueCurveDrive, ForceDrive, DcMotor,
                            InductionMotor, Governor, AngleController, PositionController>;

@@ -58,7 +58,7 @@ struct OutlineContact {
   }
 
   static void keys(auto& k, auto& c) {
-    k.between("two bodies, or \"ground\" and a body; a plane, a cam or an outline is on the first", c.between);
+    k.between("two bodies, or \"ground\" and a body; the outline is on the first", c.between);
     k.ends("the point from which the points of the outline count, and the centre of the disc", c.at);
     k.way({"points", "m",
            "corners of a convex outline in the first body's axes, counterclockwise, [[x, y], ...]; two "
@@ -97,8 +97,9 @@ struct OutlineContact {
             " times");
     const auto centre = centres();
     for (std::size_t i = 0; i < n; ++i)
-      k.check(dot(centre[(i + 1) % n] - centre[i], along(i)) > 0, "corner_radius", "is too great: ",
-              corner_radius, " m leave nothing of the edge after point ", static_cast<double>(i + 1));
+      k.check(dot(centre[(i + 1) % n] - centre[i], along(i)) > 0, "corner_radius",
+              "is too great: ", corner_radius, " m leave nothing of the edge after point ",
+              static_cast<double>(i + 1));
   }
 };
 

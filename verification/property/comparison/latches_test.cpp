@@ -5,9 +5,9 @@ using namespace freeplay;
 
 namespace {
 
-/// The wheel of cases/geneva-wheel at time t: the pin is on the driving side of the slot, at a distance c from its
-/// middle, a sin(α + β) − C sin β = c, from the crank angle at which it reaches that side to the one at which it
-/// moves along it; the wheel rests between.
+/// The wheel of cases/geneva-wheel at time t. The pin is on the driving side of the slot, at a distance c
+/// from its middle, a sin(α + β) − C sin β = c, from the crank angle at which it reaches that side to the one
+/// at which it moves along it. Between these motions the wheel rests.
 struct Geneva {
   static constexpr double a = 0.05, C = 0.070710678118654752, c = 5e-5, start = -M_PI / 3;
   double stop = std::asin((a - c) / C), rest = stop - M_PI / 2;
@@ -24,27 +24,30 @@ struct Geneva {
   }
 };
 
-/// A block that a force F pulls along x, and a roller of a pawl that a force P presses on the ramp of the block's
-/// tooth, inclined by γ. Both are guided without rotation. The ramp slips at F = P tan(γ + atan μ).
+/// A block that a force F pulls along x, and a pawl whose round end a force P presses on the ramp of the
+/// block's tooth, inclined by γ. Both are guided without rotation. The ramp slips at F = P tan(γ + atan μ).
 struct Latch {
   double pull, press = 20, incline = std::atan(0.8), friction = 0.2, block = 2, pawl = 0.5;
   double greatest() const { return press * std::tan(incline + std::atan(friction)); }
-  /// m/s², of the block, when the ramp slips: N (sin γ + μ cos γ) acts on it, N (cos γ − μ sin γ) on the pawl.
+  /// m/s², of the block, when the ramp slips: N (sin γ + μ cos γ) acts on it, N (cos γ − μ sin γ) on the
+  /// pawl.
   double acceleration() const {
     const double slope = std::tan(incline);
     return (pull - greatest()) / (block + pawl * slope * std::tan(incline + std::atan(friction)));
   }
   std::string text(double duration) const {
     const double R = 0.01, width = 0.05, height = 0.04;
-    // The roller touches the middle of the right ramp.
+    // The pawl touches the middle of the right ramp.
     const Vec2 at = Vec2{0.5 * width, 0.5 * height} + R * Vec2{std::sin(incline), std::cos(incline)};
     return "gravity = [0, 0]\n" + test::body("block", block, 1e-3, "position = [0, 0]\nvelocity = [0, 0]\n") +
            test::body("pawl", pawl, 1e-4,
                       fmt::format("position = [{:.17g}, {:.17g}]\nvelocity = [0, 0]\n", at.x(), at.y())) +
-           test::guide("rail", "ground", "block", {1, 0}) + test::guide("stem", "ground", "pawl", {0, 1}, at) +
+           test::guide("rail", "ground", "block", {1, 0}) +
+           test::guide("stem", "ground", "pawl", {0, 1}, at) +
            test::surface("s", 0, friction, "young = 2e11\npoisson = 0.3\n") +
            "[contacts.tooth]\ntype = \"outline\"\nbetween = [\"block\", \"pawl\"]\n"
-           "points = [[-0.05, 0], [0.05, 0], [0, 0.04]]\ncorner_radius = 1e-3\nradius = 0.01\nsurface = \"s\"\n" +
+           "points = [[-0.05, 0], [0.05, 0], [0, 0.04]]\ncorner_radius = 1e-3\nradius = 0.01\n"
+           "surface = \"s\"\n" +
            test::force("pull", "block", {pull, 0}) + test::force("press", "pawl", {0, -press}) +
            test::run_for(duration, "start = \"given\"\n");
   }
@@ -54,8 +57,8 @@ struct Latch {
 
 TEST_CASE("a Geneva wheel turns and rests as its geometry says", "[outline]") {
   const Geneva expected;
-  auto scene = read_scene(test::source_folder() / "cases/geneva-wheel/scene.toml",
-                          {"surfaces.steel.restitution=0"});
+  auto scene =
+      read_scene(test::source_folder() / "cases/geneva-wheel/scene.toml", {"surfaces.steel.restitution=0"});
   const auto exact = test::motion_rows(scene, Family::nonsmooth, 1e-3);
   // The mouth of the slot recedes by c²/(2 (r + R)) = 2.3e-7 m at the end of a step, 5e-6 rad at 50 mm.
   CHECK(exact.worst([&](const auto& row) { return row.q[2] - expected.angle(row.t); }) < 5e-6);

@@ -55,8 +55,8 @@ Scene pair_of(const Outline& o, const std::string& bodies = "\"plate\", \"disc\"
   return parse_scene(test::body("plate", 1, 1) + test::body("disc", 1, 1, "position = [0.0, 9.0]\n") +
                          test::surface("steel", 0.5, "young = 2e11\npoisson = 0.3\nfriction = 0.1\n") +
                          "[contacts.side]\ntype = \"outline\"\nbetween = [" + bodies +
-                         "]\nat = [[0.1, -0.2], [0.3, 0.15]]\nsurface = \"steel\"\n" +
-                         "stiffness = 1e7\n" + o.keys() + test::run_for(1),
+                         "]\nat = [[0.1, -0.2], [0.3, 0.15]]\nsurface = \"steel\"\n" + "stiffness = 1e7\n" +
+                         o.keys() + test::run_for(1),
                      "outline");
 }
 
@@ -75,8 +75,8 @@ std::vector<double> along(std::vector<double> q, const std::vector<double>& v, d
   return q;
 }
 
-/// Samples of the boundary at distances of 1e-3 or less. An arc is found from its corner: its centre is on the
-/// bisector of the corner's angle β at r/sin(β/2), and it touches the edges r/tan(β/2) from the corner.
+/// Samples of the boundary at distances of 1e-3 or less. An arc follows from its corner: its centre is on
+/// the bisector of the corner's angle β at r/sin(β/2), and it touches the edges r/tan(β/2) from the corner.
 std::vector<Vec2> boundary(const Outline& o) {
   std::vector<Vec2> list;
   const double r = o.corner_radius;

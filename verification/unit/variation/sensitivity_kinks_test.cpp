@@ -132,8 +132,9 @@ TEST_CASE("derivatives jump where a disc passes the end of a face", "[sensitivit
   // ∂x/∂δ = 1 − v_x/v, ∂y/∂δ = −v_y/v.
   const double v = 0.5, R = 0.1, r = 0.02, g = 9.81, rho = R + r;
   const auto text = "gravity = [0, -9.81]\n" +
-                    test::body("disc", 1, 0.5, "position = [-0.09, 0.12]\nvelocity = [0.5, 0]\nangle = 0\n"
-                                               "angular_velocity = 0\n") +
+                    test::body("disc", 1, 0.5,
+                               "position = [-0.09, 0.12]\nvelocity = [0.5, 0]\nangle = 0\n"
+                               "angular_velocity = 0\n") +
                     test::surface("s", 0, "young = 2e11\npoisson = 0.3\n") +
                     "[contacts.side]\ntype = \"outline\"\nbetween = [\"ground\", \"disc\"]\n"
                     "points = [[-1, 0], [0.01, 0]]\ncorner_radius = 0.02\nradius = 0.1\nsurface = \"s\"\n" +
