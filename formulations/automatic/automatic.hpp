@@ -57,6 +57,10 @@ class AutomaticStepper {
   const double* v_old() const { return shown_ ? stepping_.v_old() : events_.v_old(); }
   const double* q() const { return shown_ ? stepping_.q() : events_.q(); }
   std::span<const double> z() const { return shown_ ? stepping_.z() : events_.z(); }
+  void hold(std::span<const double> z) {
+    if (shown_ || steps_) stepping_.hold(z);
+    if (!steps_) events_.hold(z);
+  }
   std::span<const double> multipliers() const {
     return shown_ ? stepping_.multipliers() : events_.multipliers();
   }

@@ -16,6 +16,7 @@
 // order depends on the error.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -97,6 +98,12 @@ class EventDriven {
   void interpolate(double t, double* q, double* v) const;
   std::span<const double> z() const {
     return {method_.x.data() + dynamics_.state_offset(), static_cast<std::size_t>(dynamics_.system.states())};
+  }
+  /// The forces may jump, so that the mode is determined anew before the next step.
+  void hold(std::span<const double> z) {
+    std::ranges::copy(z, method_.x.begin() + dynamics_.state_offset());
+    if (!pending_) last_ = {};
+    pending_ = true;
   }
   std::span<const double> multipliers() const { return dynamics_.lambda; }
 

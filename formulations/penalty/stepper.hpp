@@ -97,6 +97,10 @@ class PenaltyStepper {
   std::span<const double> z() const {
     return {m_.method.x.data() + m_.f.state_offset(), static_cast<std::size_t>(m_.f.system().states())};
   }
+  void hold(std::span<const double> z) {
+    std::ranges::copy(z, m_.method.x.begin() + m_.f.state_offset());
+    m_.restart = true;
+  }
   std::span<const double> multipliers() const { return m_.f.multipliers(); }
 
   /// @name Forces; see Step

@@ -70,6 +70,7 @@ class AdaptiveMoreau {
   /// Smooth steps have no impacts.
   StepImpacts in_impact() const { return smooth_step_ ? StepImpacts{t(), {}} : moreau_.in_impact(); }
   std::span<const double> z() const { return moreau_.z(); }
+  void hold(std::span<const double> z) { moreau_.hold(z); }
   std::span<const double> multipliers() const { return moreau_.multipliers(); }
 
   /// @name Forces: of smooth steps those of their modes at the states of the path; of steps over

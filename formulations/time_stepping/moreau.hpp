@@ -27,6 +27,7 @@
 // chooses the steps itself and uses advance().
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string>
@@ -142,6 +143,7 @@ class MoreauStepper {
   const double* q() const { return data_.q.data(); }
   double fixed_length() const { return step_; }
   std::span<const double> z() const { return data_.z; }
+  void hold(std::span<const double> z) { std::ranges::copy(z, data_.z.begin()); }
   void interpolate(double t, double* q, double* v) const;
   /// The impacts of the last step, at the mean of their times weighted by normal impulse.
   StepImpacts in_impact() const { return record_.impacts(data_.t); }

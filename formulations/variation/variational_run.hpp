@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/sampling.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/automatic/automatic.hpp"
 #include "formulations/event_driven/event_driven.hpp"
@@ -199,8 +200,8 @@ class PenaltyScheme {
 template <class Scheme>
 class VariationalRun {
  public:
-  /// Starts the scheme; `run` must outlive this object.
-  explicit VariationalRun(const SensitivityRun& run) : run_(run), scheme_(run) {}
+  /// Starts the scheme; `run` must outlive this object. Throws ModelError if a controller is sampled.
+  explicit VariationalRun(const SensitivityRun& run) : run_(run), scheme_(continuous(run)) {}
 
   Scheme& scheme() { return scheme_; }
   auto& variation() { return scheme_.variation(); }
@@ -244,6 +245,10 @@ class VariationalRun {
   double fastest() const { return fastest_; }
 
  private:
+  static const SensitivityRun& continuous(const SensitivityRun& run) {
+    refuse_sampling(run.system, no_derivatives);
+    return run;
+  }
   bool stop(const std::string& why) {
     stopped_ = why;
     if (varied_)

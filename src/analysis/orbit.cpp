@@ -14,6 +14,7 @@
 #include "analysis/orbit_shooting.hpp"
 #include "analysis/periodicity.hpp"
 #include "analysis/return_map.hpp"
+#include "dynamics/sampling.hpp"
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
 #include "facade/simulation.hpp"
@@ -202,6 +203,7 @@ Orbit orbit(const Scene& scene, const OrbitRequest& request, SectionState& secti
   Simulation simulation(scene, request.formulation, {.start = {}, .stop = request.stop});
   const auto& given = simulation.scene();
   const System system(given.mechanism);
+  refuse_sampling(system, no_derivatives);
   const auto excitation = excitation_of(given.mechanism, system);
   Orbit found;
   found.periods = request.periods;

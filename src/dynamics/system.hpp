@@ -141,6 +141,12 @@ class System {
   int limiters() const { return limiters_; }
   /// Their demands over their limits, limiters() entries.
   void saturations(double t, const double* q, const double* v, const double* z, Saturation* list) const;
+  /// Name of the first element with states that change at instants only; empty: none.
+  const std::string& sampled() const { return sampled_; }
+  /// The first instant after t at which such states change (s); infinite if there is none.
+  double next_sample(double t, const double* z) const;
+  /// Changes the states z as at their instants up to t that were not yet taken. Returns whether there is one.
+  bool sample(double t, const double* q, const double* v, double* z) const;
   /// Whether ż of any state depends on the velocities (motors).
   bool has_velocity_flows() const { return velocity_flows_; }
   /// Potential energy of gravity and springs (J). Constant forces and torques count as loads.
@@ -278,6 +284,7 @@ class System {
   CurveFacts curves_;
   ElasticRows elastic_;
   std::vector<double> state_scales_;
+  std::string sampled_;
   ForceReport report_;
   std::vector<Carried> carried_;
   Vec2 gravity_{0, 0};

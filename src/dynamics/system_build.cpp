@@ -342,6 +342,8 @@ void System::place_load(Builder& builder, const Element& element) {
         for (int k = 0; k < facts.states(); ++k) state_scales_.push_back(facts.state_scale(k));
         velocity_flows_ |= facts.needs_velocity();
       }
+    if constexpr (requires { facts.sampled(); })
+      if (facts.sampled() && sampled_.empty()) sampled_ = facts.name;
     if constexpr (requires { facts.limiters(); }) limiters_ += facts.limiters();
     const auto hold = [&](Phase phase) {
       placed.phase = phases();

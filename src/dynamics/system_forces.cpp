@@ -1,12 +1,16 @@
 // Applied forces of a System, their potential and powers over all drives and loads, and the list of its
 // elements with forces.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "dynamics/builder.hpp"
 #include "dynamics/elements.hpp"
 #include "dynamics/evaluation.hpp"
+#include "dynamics/sampling.hpp"
 #include "dynamics/system.hpp"
+#include "mechanism/error.hpp"
 #include "numerics/traced.hpp"
 
 namespace freeplay {
@@ -89,6 +93,29 @@ void System::saturations(double t, const double* q, const double* v, const doubl
       if (x.facts.limiters() > 0)
         *list++ = x.facts.saturation(motion, x.link, x.state < 0 ? nullptr : z + x.state);
   });
+}
+
+double System::next_sample(double t, const double* z) const {
+  double next = INFINITY;
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.next_sample(t, z); })
+      if (x.facts.sampled()) next = std::min(next, x.facts.next_sample(t, z + x.state));
+  });
+  return next;
+}
+
+bool System::sample(double t, const double* q, const double* v, double* z) const {
+  bool taken = false;
+  for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
+    if constexpr (requires { x.facts.sample(t, q, v, z); })
+      if (x.facts.sampled()) taken |= x.facts.sample(t, q, v, z + x.state);
+  });
+  return taken;
+}
+
+void refuse_sampling(const System& system, std::string_view why) {
+  if (!system.sampled().empty())
+    throw ModelError(fmt::format("drives.{}.sampling_time", system.sampled()), std::string(why));
 }
 
 double System::next_knot(double t) const {

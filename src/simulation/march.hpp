@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/sampling.hpp"
 #include "dynamics/system.hpp"
 #include "simulation/contact_log.hpp"
 #include "simulation/formulation.hpp"
@@ -198,7 +199,7 @@ inline std::string crawl_reason(const System& system, const Progress& progress, 
 
 /// March: steps until t_end and shows each step to the observers. A Stepper also has step(t_end),
 /// which advances by one step, not beyond t_end, and returns false on failure; failure() then gives
-/// the reason.
+/// the reason; and hold(z), which replaces the first-order states between two steps (dynamics/sampling.hpp).
 template <class Owner, class Stepper>
 class March {
  public:
@@ -210,14 +211,16 @@ class March {
         watch_(watch),
         step_(owner, system, stepper, watch),
         progress_(stepper.t(), t_end),
-        t_end_(t_end) {
+        t_end_(t_end),
+        t_stop_(system.sampled().empty() ? t_end : stepper.t()),
+        z_(stepper.z().begin(), stepper.z().end()) {
     stepper.watch_forces(watch.wants_forces());
   }
   /// Makes one step. Returns false at the end of the run.
   bool step() {
-    if (!(stepper_.t() < t_end_)) return false;
+    if (!(stepper_.t() < t_stop_) && !take_samples()) return false;
     if (watch_.stop()) return end({Ending::Status::interrupted, "interrupted"});
-    if (!stepper_.step(t_end_)) return end({Ending::Status::failed, stepper_.failure()});
+    if (!stepper_.step(t_stop_)) return end({Ending::Status::failed, stepper_.failure()});
     owner_.keep_passed();
     if (progress_.crawls(stepper_.t()))
       return end({Ending::Status::failed, crawl_reason(system_, progress_, stepper_.t(), stepper_.q())});
@@ -236,6 +239,17 @@ class March {
     ending_ = std::move(ending);
     return false;
   }
+  /// Where steps have to end, or at the beginning: takes the samples that are due. Returns false at the end of
+  /// the run, whose samples belong to the next run.
+  bool take_samples() {
+    const double t = stepper_.t();
+    if (!(t < t_end_)) return false;
+    std::ranges::copy(stepper_.z(), z_.begin());
+    if (system_.sample(t, stepper_.q(), stepper_.v(), z_.data())) stepper_.hold(z_);
+    t_stop_ = system_.next_sample(t, z_.data());
+    if (is_due(t_end_, t_stop_)) t_stop_ = t_end_;
+    return true;
+  }
 
   Owner& owner_;
   const System& system_;
@@ -244,7 +258,8 @@ class March {
   Watch& watch_;
   StepOf<Owner, Stepper> step_;
   Progress progress_;
-  double t_end_;
+  double t_end_, t_stop_;  // of the run, of the next steps
+  std::vector<double> z_;  // work space
   Ending ending_;
 };
 

@@ -29,7 +29,8 @@ Scene rescaled(Scene scene, const Units& u) {
     d.proportional *= stiffness;
     d.derivative *= stiffness * T;
     d.integral *= stiffness / T;
-    maybe(d.lag, T), maybe(d.tracking_time, T);
+    maybe(d.lag, T), maybe(d.tracking_time, T), maybe(d.sampling_time, T);
+    d.dead_time *= T;
   };
   const auto backlash = [&](std::optional<Backlash>& b) {
     if (b) b->normal *= L, maybe(b->stiffness, force / L);
@@ -154,7 +155,7 @@ Scene rescaled(Scene scene, const Units& u) {
                           [&](PositionController& d) {
                             scale(m, d.target, T, L);
                             scale_law(d, force / L);
-                            maybe(d.limit, force);
+                            maybe(d.limit, force), maybe(d.resolution, L);
                           }},
                drive);
   for (auto& load : m.loads)

@@ -114,6 +114,11 @@ struct SwitchedAxis {
   /// Advances y by T.
   State run(State y, Real T) {
     start(y);
+    return advance(y, T);
+  }
+  /// Likewise after an earlier call, on the flank where that one ended. Without gains and with an infinite
+  /// lag, y[5] is a constant torque on the motor.
+  State advance(State y, Real T) {
     Real t = 0;
     while (t < T) {
       const Real h = std::fmin(longest, T - t);

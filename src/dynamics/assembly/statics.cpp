@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dynamics/planar.hpp"
+#include "dynamics/sampling.hpp"
 #include "mechanism/error.hpp"
 #include "numerics/dense.hpp"
 
@@ -38,7 +39,11 @@ Statics::Statics(const System& system, Compliances elastic)
       blocks_(system, 2 * system.n()),
       motion_(tangent_.make_slopes()),
       rest_(system.n(), 0.0),
-      f_(system.n()) {}
+      f_(system.n()) {
+  refuse_sampling(system,
+                  "a sampled controller acts at instants only: it has no equilibrium and no modes as a motion "
+                  "in continuous time; omit the key for the continuous law");
+}
 
 /// The state of the last place(), at rest.
 SystemTangent::Point Statics::point(const double* q, const std::vector<double>& z,

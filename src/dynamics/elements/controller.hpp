@@ -1,5 +1,14 @@
 // Dynamics of mechanism/elements/controller.hpp, which states the equations. The states of a
 // controller are its integral z, if it has one, and then its lagging torque or force M.
+//
+// A sampled controller has more states, in this order:
+//
+//     number of the next instant; z; the last error e, with a derivative;
+//     outputs that wait for the dead time, oldest first; the acting output, if the dead time is no
+//     whole number of samples (else the oldest one acts); M
+//
+// All but M change at instants only, by sample(): the output of t_k is computed at t_k and takes effect
+// at t_k + dead time. Instants are t_k = k h or, with a rest r of the dead time, alternately k h and k h + r.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +20,7 @@
 #include "dynamics/argument.hpp"
 #include "dynamics/elements/dynamics.hpp"
 #include "dynamics/phase.hpp"
+#include "dynamics/sampling.hpp"
 #include "mechanism/elements/controller.hpp"
 #include "mechanism/piecewise.hpp"
 #include "numerics/choice.hpp"
@@ -25,6 +35,7 @@ struct ControllerDynamics : Facts {
   Link sensed = {};       ///< of the joint that is fed back
   Vec2 axis{1, 0}, sensed_axis{1, 0};
   double error_scale = 1;  ///< rad or m
+  int acting = 0;          ///< index of the acting output of a sampled controller
 
   void prepare(const auto& mechanism) {
     const auto& on = std::get<Joint>(mechanism.joints[this->joint]);
@@ -45,23 +56,47 @@ struct ControllerDynamics : Facts {
     const double from = course.value(0.0);
     error_scale = std::max(course.greatest().value, std::abs(from - state(q.data(), v.data()).place));
     if (!(error_scale > 0)) error_scale = slides ? 1e-3 : 1;
+    if (sampled()) acting = rest() > 0 ? outputs() + whole() + 1 : outputs();
   }
   auto link(auto& b) const { return b.joint_link(this->joint); }
   bool does_work() const { return true; }
-  bool needs_velocity() const { return this->derivative > 0; }
-  int states() const { return (this->integral > 0) + this->lag.has_value(); }
+  bool sampled() const { return this->sampling_time.has_value(); }
+  bool needs_velocity() const { return !sampled() && this->derivative > 0; }
+  int states() const {
+    if (sampled()) return outputs() + whole() + 1 + (rest() > 0) + this->lag.has_value();
+    return (this->integral > 0) + this->lag.has_value();
+  }
   /// Scale of errors of a state: the values of z and M at the error scale.
   double state_scale(int k) const {
+    if (sampled()) {
+      if (k-- == 0) return 1;
+      if (this->derivative > 0 && k == (this->integral > 0)) return error_scale;
+    }
     if (k == 0 && this->integral > 0) return error_scale * this->proportional / this->integral;
     const double most = this->proportional * error_scale;
     return this->limit ? std::min(*this->limit, most) : most;
   }
-  double next_knot(double t) const { return course.next_knot(t); }
+  /// A sampled controller reads its target at instants only.
+  double next_knot(double t) const { return sampled() ? INFINITY : course.next_knot(t); }
   std::optional<CurveReader> reader(const Link& link) const {
+    if (sampled()) return {};
     return reader_of(this->name, course, Argument::time, link);
   }
 
-  int limiters() const { return this->limit.has_value(); }
+  /// See System; only if sampled().
+  double next_sample(double t, const double* z) const { return instant(next_number(t, z)); }
+  bool sample(double t, const double* q, const double* v, double* z) const {
+    bool taken = false;
+    for (double number = next_number(t, z); is_due(instant(number), t); z[0] = ++number, taken = true) {
+      if (is_sample(number))
+        compute(instant(number), q, v, z);
+      else
+        z[acting] = z[outputs()];
+    }
+    return taken;
+  }
+
+  int limiters() const { return !sampled() && this->limit.has_value(); }
   Saturation saturation(const auto& m, const Link&, const double* z) const {
     const auto now = state(m.q, m.v);
     const auto goal = course.jet(m.t);
@@ -72,11 +107,16 @@ struct ControllerDynamics : Facts {
   }
   template <class T>
   void flow(const auto& m, const T* z, T* dz) const {
+    if (sampled()) {
+      std::fill_n(dz, states(), T(0));
+      if (this->lag) dz[states() - 1] = (z[acting] - z[states() - 1]) / *this->lag;
+      return;
+    }
     const auto d = demand<T>(m, z);
     const T held = saturated(d.u);
     if (this->integral > 0) {
       *dz = d.error;
-      if (this->limit) *dz -= (d.u - held) / (this->integral * tracking());
+      if (this->limit) *dz -= (d.u - held) / (this->integral * this->tracking());
       ++dz, ++z;
     }
     if (this->lag) *dz = (held - *z) / *this->lag;
@@ -84,7 +124,9 @@ struct ControllerDynamics : Facts {
   /// `z` is nullptr without a state.
   template <class T>
   void act(const auto& m, const auto& link, const T* z, auto& out) const {
-    const T effort = this->lag ? z[this->integral > 0] : saturated(demand<T>(m, z).u);
+    const T effort = this->lag   ? z[states() - 1]
+                     : sampled() ? z[acting]
+                                 : saturated(demand<T>(m, z).u);
     if constexpr (slides) {
       const AlongAxis<T> on(link, axis, m.q, m.e);
       out.pull(link, on.arms, Vec2Of<T>{effort * on.axis.x(), effort * on.axis.y()});
@@ -105,7 +147,43 @@ struct ControllerDynamics : Facts {
     T error = 0, u = 0;
   };
 
-  double tracking() const { return this->tracking_time.value_or(this->proportional / this->integral); }
+  /// Index of the first output of a sampled controller.
+  int outputs() const { return 1 + (this->integral > 0) + (this->derivative > 0); }
+  int whole() const { return this->delay().first; }
+  double rest() const { return this->delay().second; }
+  /// Whether the controller computes at the instant of this number; else an output takes effect there.
+  bool is_sample(double number) const { return !(rest() > 0) || std::fmod(number, 2) == 0; }
+  double instant(double number) const {
+    if (!(rest() > 0)) return number * *this->sampling_time;
+    const double sample = std::floor(number / 2) * *this->sampling_time;
+    return is_sample(number) ? sample : sample + rest();
+  }
+  bool has_begun(const double* z) const { return z[0] > 0.5; }
+  /// That of z (which integrators may round) or, at the beginning, that of the first sample from t on. A run
+  /// begins with z = 0, or with the end of another run and another time.
+  double next_number(double t, const double* z) const {
+    const double h = *this->sampling_time, number = std::round(z[0]);
+    if (has_begun(z) && std::abs(instant(number) - t) <= h * (1 + 1e-9)) return number;
+    const double samples = std::max(0.0, t / h);
+    return std::ceil(samples - 1e-12 * std::max(1.0, samples)) * (rest() > 0 ? 2 : 1);
+  }
+  void compute(double t, const double* q, const double* v, double* z) const {
+    const double h = *this->sampling_time, place = state(q, v).place;
+    const double seen =
+        this->resolution ? *this->resolution * std::round(place / *this->resolution) : place;
+    const double error = course.value(t) - seen;
+    double u = this->proportional * error, *next = z + 1;
+    double* const sum = this->integral > 0 ? next++ : nullptr;
+    if (sum) u += this->integral * *sum;
+    if (this->derivative > 0) {
+      if (has_begun(z)) u += this->derivative * (error - *next) / h;
+      *next++ = error;
+    }
+    const double held = saturated(u);
+    if (sum) *sum += h * (error - (this->limit ? (u - held) / (this->integral * this->tracking()) : 0));
+    std::copy(next + 1, next + whole() + 1, next);
+    next[whole()] = held;
+  }
   template <class T>
   T saturated(const T& u) const {
     return this->limit ? limited(u, *this->limit) : u;

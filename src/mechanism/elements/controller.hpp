@@ -10,13 +10,26 @@
 // (back-calculation against wind-up: Åström and Hägglund, Advanced PID Control, 2006, sec. 3.5). By
 // default T = k_p/k_i, the integral time. s may be that of another joint of the same kind
 // (`measured`), for example of the load behind a backlash.
+//
+// With a sampling time h the controller is a discrete one (Åström and Wittenmark, Computer-Controlled
+// Systems, 3rd ed., 1997, sec. 8.5; Åström and Hägglund, ch. 13). At the instants t_k = k h, from the
+// start of the motion on,
+//
+//     e_k = target(t_k) − r round(s(t_k)/r);     without a resolution r: target(t_k) − s(t_k)
+//     u_k = k_p e_k + k_d (e_k − e_{k−1})/h + k_i z_k,     z = 0 and e_{k−1} = e_k at the first instant
+//     z_{k+1} = z_k + h e_k − h (u_k − sat u_k)/(k_i T)
+//
+// sat u_k takes the place of sat u above from t_k + dead time on, until the next output does: a
+// zero-order hold. It is 0 before the first output.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "mechanism/curve.hpp"
 #include "mechanism/elements/revolute_joint.hpp"
@@ -38,10 +51,15 @@ struct ControlLaw {
   std::optional<double> lag = {};    ///< s, > 0; empty: no lag
   /// s, > 0, T of the equations; empty: proportional/integral
   std::optional<double> tracking_time = {};
+  std::optional<double> sampling_time = {};  ///< s, > 0, h of the equations; empty: continuous
+  double dead_time = 0;                      ///< s, ≥ 0, at most `most_delay` sampling times
+  std::optional<double> resolution = {};     ///< rad or m, > 0; empty: exact
 
-  /// Units in the order proportional, derivative, integral, limit.
+  static constexpr double most_delay = 100;
+
+  /// Units in the order proportional, derivative, integral, limit, resolution.
   template <class Joint>
-  static void law_keys(auto& k, auto& d, const std::array<std::string_view, 4>& units,
+  static void law_keys(auto& k, auto& d, const std::array<std::string_view, 5>& units,
                        std::string_view limit_key) {
     k.template maybe_joint_of<Joint>(
         {"measured", "", "joint whose angle or position is fed back; if absent: the driven joint"},
@@ -56,6 +74,31 @@ struct ControlLaw {
       k.take({"tracking_time", "s",
               "at the limit the integral is driven back within this time; if absent: proportional/integral"},
              d.tracking_time, positive);
+    k.take({"sampling_time", "s",
+            "the output is computed at whole multiples of this time and held between; if absent: continuous"},
+           d.sampling_time, positive);
+    if (k.when(d.sampling_time.has_value(), {"dead_time", "resolution"}, "goes with sampling_time")) {
+      k.take({"dead_time", "s",
+              "from a sample to the instant from which its output acts, at most 100 sampling times"},
+             d.dead_time, non_negative);
+      k.take({"resolution", units[4],
+              "the measured coordinate is rounded to multiples of this, as by an encoder; if absent: exact"},
+             d.resolution, positive);
+    }
+    if (!d.sampling_time) return;
+    k.check(d.dead_time <= most_delay * *d.sampling_time * (1 + 1e-9), "dead_time", "must be at most ",
+            most_delay, " sampling times, ", most_delay * *d.sampling_time, " s, is ", d.dead_time);
+    if (d.integral > 0 && d.limit)
+      k.check(*d.sampling_time <= d.tracking(), "sampling_time", "must be at most the tracking time, ",
+              d.tracking(), " s: the limit would drive the integral too far back");
+  }
+  /// T of the equations.
+  double tracking() const { return tracking_time.value_or(proportional / integral); }
+  /// The dead time as whole samples and a rest below one sample (s); needs a sampling time.
+  std::pair<int, double> delay() const {
+    const double h = *sampling_time, samples = dead_time / h, whole = std::round(samples);
+    if (std::abs(samples - whole) <= 1e-9 * std::max(1.0, samples)) return {static_cast<int>(whole), 0};
+    return {static_cast<int>(samples), dead_time - static_cast<int>(samples) * h};
   }
   /// The joint that is fed back.
   int fed_back() const { return measured >= 0 ? measured : joint; }
@@ -86,7 +129,7 @@ struct AngleController : ControlLaw {
     k.number_or_curve(
         {"target_angle", "rad", "target of the angle, a number or the name of a curve against time"},
         d.target, any_number, Curve::Use::place);
-    law_keys<RevoluteJoint>(k, d, {"N m/rad", "N m s/rad", "N m/rad s", "N m"}, "torque_limit");
+    law_keys<RevoluteJoint>(k, d, {"N m/rad", "N m s/rad", "N m/rad s", "N m", "rad"}, "torque_limit");
   }
   /// Greatest rate of the target (rad/s).
   double pace(const auto& mechanism) const { return greatest_rate(mechanism); }
@@ -103,7 +146,7 @@ struct PositionController : ControlLaw {
     k.number_or_curve({"target_position", "m",
                        "target of the position along the axis, a number or the name of a curve against time"},
                       d.target, any_number, Curve::Use::place);
-    law_keys<TranslationalJoint>(k, d, {"N/m", "N s/m", "N/m s", "N"}, "force_limit");
+    law_keys<TranslationalJoint>(k, d, {"N/m", "N s/m", "N/m s", "N", "m"}, "force_limit");
   }
   /// Greatest rate of the target (m/s).
   double slide_pace(const auto& mechanism) const { return greatest_rate(mechanism); }

@@ -186,6 +186,18 @@ TEST_CASE("snapshots: the integral and the lag of a controller, across gears wit
     check(axis, "nonsmooth", scheme, {flight});
 }
 
+TEST_CASE("snapshots: a sampled controller between its samples and at them", "[controller][snapshot]") {
+  const auto axis = text("tests/controlled_axis");
+  // The dead time ends between samples.
+  const std::string sampled =
+      " drives.servo.sampling_time=2e-3 drives.servo.dead_time=5e-3 drives.servo.resolution=1e-5";
+  for (const auto& method : {std::string(), by("rosenbrock4"), by("adams_bashforth_moulton")})
+    check(axis, "penalty", method + sampled, {flight, contact});
+  check(axis, "nonsmooth", events + "surfaces.steel.restitution=0" + sampled, {flight, contact});
+  for (const auto& scheme : {automatic, stepping + "3e-4", adaptive})
+    check(axis, "nonsmooth", scheme + sampled, {flight});
+}
+
 // Snapshots in use: return to the start, observation from the snapshot on, a changed start, files,
 // and refusals.
 

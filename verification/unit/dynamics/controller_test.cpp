@@ -1,5 +1,6 @@
 // Controllers: refusals of the reader, exact Jacobians at and within the limit, small
 // motions about the target, and the order of a method across the limit.
+#include "analysis/sensitivity.hpp"
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/equilibrium.hpp"
 #include "dynamics/assembly/modes.hpp"
@@ -27,7 +28,8 @@ TEST_CASE("invalid controllers are refused at their place", "[controller]") {
   const std::string law = "target_angle = 1\nproportional = 20\n";
   for (const std::string more :
        {"", "derivative = 2\nintegral = \"3 N m/rad s\"\ntorque_limit = 5\nlag = \"1 ms\"\n",
-        "[drives.disturbance]\njoint = \"main\"\ntorque = 3\n"})
+        "[drives.disturbance]\njoint = \"main\"\ntorque = 3\n",
+        "sampling_time = \"2 ms\"\ndead_time = \"200 ms\"\nresolution = \"0.1 deg\"\n"})
     CHECK(on_rotor(law + more) == "accepted");
   const char* const twice =
       "drives.servo.joint: \"main\" is driven by drives.first already; a controller shares";
@@ -40,6 +42,15 @@ TEST_CASE("invalid controllers are refused at their place", "[controller]") {
        {"target_angle = 1\nproportional = 0\n", "proportional: must be greater than 0"},
        {law + "derivative = -1\n", "derivative: must be 0 or greater"},
        {law + "integral = 3\ntracking_time = 0.1\n", "tracking_time: goes with integral and a limit"},
+       {law + "dead_time = 0.01\n", "drives.servo.dead_time: goes with sampling_time"},
+       {law + "resolution = 1e-3\n", "drives.servo.resolution: goes with sampling_time"},
+       {law + "sampling_time = 0\n", "drives.servo.sampling_time: must be greater than 0, is 0"},
+       {law + "sampling_time = 0.01\ndead_time = -0.01\n", "dead_time: must be 0 or greater"},
+       {law + "sampling_time = 0.01\ndead_time = 1.01\n",
+        "drives.servo.dead_time: must be at most 100 sampling times, 1 s, is 1.01"},
+       {law + "sampling_time = 0.01\nresolution = 0\n", "resolution: must be greater than 0"},
+       {law + "sampling_time = 0.1\nintegral = 400\ntorque_limit = 5\n",
+        "drives.servo.sampling_time: must be at most the tracking time, 0.05 s"},
        {law + "force_limit = 3\n", "force_limit"},
        {law + "target_position = 1\n", "needs exactly one of"},
        {law + "measured = \"guide\"\n", "drives.servo.measured: must be a revolute joint, \"guide\" is not"},
@@ -81,6 +92,41 @@ TEST_CASE("the exact Jacobian is correct with controllers", "[controller][jacobi
           half_second,
       "jacobian");
   CHECK(test::jacobian_error(scene, 7) < 1e-6);
+}
+
+TEST_CASE("the exact Jacobian is correct with sampled controllers", "[controller][jacobian]") {
+  const auto scene = parse_scene(
+      test::body("a", 1.5, 0.2) + test::body("b", 0.7, 0.1) +
+          test::pin("pin", "ground", "a", {0.1, 0.2}, {0.3, -0.1}) +
+          test::guide("slide", "a", "b", {0.6, 0.8}, {0.02, 0.03}, {-0.04, 0.05}) +
+          test::drive("place", "slide",
+                      "target_position = 0.2\nproportional = 2\nderivative = 0.7\nintegral = 0.9\nlag = 0.3\n"
+                      "sampling_time = 0.1\ndead_time = 0.25\n") +
+          test::drive("turn", "pin", "target_angle = 0.4\nproportional = 3\nsampling_time = 0.2\n") +
+          half_second,
+      "jacobian");
+  CHECK(test::jacobian_error(scene, 7) < 1e-6);
+}
+
+TEST_CASE("sampled controllers have neither equilibrium nor derivatives", "[controller][equilibrium]") {
+  const auto scene = parse_scene(
+      controlled_rotor +
+          test::drive("servo", "main", "target_angle = 0.4\nproportional = 20\nsampling_time = 0.01\n") +
+          half_second,
+      "s");
+  const System system(scene.mechanism);
+  CHECK(system.sampled() == "servo");
+  const auto from = assemble(scene.mechanism, RunOptions::Start::assembled);
+  const auto contains = [](const char* text) { return Catch::Matchers::Contains(text); };
+  CHECK_THAT(test::refusal_of<ModelError>([&] { find_equilibrium(scene.mechanism, system, from.q, {}); }),
+             contains("drives.servo.sampling_time: a sampled controller acts at instants only"));
+  for (const char* formulation : {"penalty", "nonsmooth"})
+    CHECK_THAT(test::refusal_of<ModelError>([&] {
+                 sensitivities(scene, {.of = {"end.rotor.theta"},
+                                       .to = {"drives.servo.proportional"},
+                                       .formulation = formulation});
+               }),
+               contains("drives.servo.sampling_time: the motion under a sampled controller"));
 }
 
 TEST_CASE("modes of a controlled joint are those of its control loop", "[controller][equilibrium]") {
