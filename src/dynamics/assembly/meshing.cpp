@@ -78,6 +78,39 @@ std::string why_apart(const RackJoint&, const std::vector<double>&) {
   return "there the gear does not lie on the left of the rack's axis";
 }
 
+/// The first end of a toothed joint whose point is the origin of its body, the default of `at`, although
+/// revolute joints hold this body at other points only; empty if there is none.
+std::optional<std::size_t> end_at_origin(const Mechanism& mechanism, const auto& joint) {
+  for (const std::size_t end : {0u, 1u}) {
+    if (!joint.at[end].is_zero()) continue;
+    bool held = false, centred = false;
+    for (const auto& other : mechanism.joints)
+      if (const auto* pin = std::get_if<RevoluteJoint>(&other))
+        for (const std::size_t k : {0u, 1u})
+          if (pin->between[k] == joint.between[end])
+            held = true, centred = centred || pin->at[k].is_zero();
+    if (held && !centred) return end;
+  }
+  return {};
+}
+
+/// Why the teeth of a joint without phase do not mesh at q.
+ModelError out_of_mesh(const Mechanism& mechanism, const auto& joint, const std::vector<double>& q) {
+  const auto why = why_apart(joint, q);
+  const auto end = end_at_origin(mechanism, joint);
+  if (!end)
+    return {"joints." + joint.name,
+            fmt::format("phase follows from the bodies' positions, and {}; give the bodies' position, or "
+                        "phase",
+                        why)};
+  const int body = joint.between[*end];
+  const auto name = body == ground ? "ground" : mechanism.bodies[static_cast<std::size_t>(body)].name;
+  return {fmt::format("joints.{}.at", joint.name),
+          fmt::format("is [0, 0] on {} (the default), where no revolute joint holds it, and {}; give at, the "
+                      "points of the teeth on both bodies",
+                      name, why)};
+}
+
 }  // namespace
 
 bool in_mesh(const Mechanism& mechanism, const std::vector<double>& q) {
@@ -120,11 +153,7 @@ void set_phases(Mechanism& mechanism) {
   each_toothed(mechanism, [&](auto& joint) {
     if (joint.phase) return;
     joint.phase = phase_at(joint, q);
-    if (!joint.phase)
-      throw ModelError("joints." + joint.name,
-                       fmt::format("phase follows from the bodies' positions, and {}; give the bodies' "
-                                   "position, or phase",
-                                   why_apart(joint, q)));
+    if (!joint.phase) throw out_of_mesh(mechanism, joint, q);
   });
 }
 

@@ -68,6 +68,21 @@ TEST_CASE("gears that the other joints hold too far apart are refused with both 
   CHECK_THAT(said, Contains("0.2 m instead of 0.1 m"));
 }
 
+TEST_CASE("gears whose default centre is not where their body turns are refused by at", "[gears][assembly]") {
+  // Wheels of 20 teeth of 5 mm, pinned 0.1 m apart; the second turns about a point 20 mm from its origin.
+  const auto text = [](const std::string& at) {
+    return "format = 2\n" + test::body("a", 1.0, 1e-3) +
+           test::body("b", 1.0, 1e-3, "position = [0.08, 0.0]\n") + test::pin("pin_a", "ground", "a") +
+           test::pin("pin_b", "ground", "b", {0.1, 0.0}, {0.02, 0.0}) + gear("mesh", "a", "b", 20, 20, at) +
+           test::run_for(1.0);
+  };
+  CHECK_NOTHROW(parse_scene(text("at = [[0.0, 0.0], [0.02, 0.0]]\n"), "at.toml"));
+  const auto said = test::refusal(text(""));
+  CHECK_THAT(said, Contains("joints.mesh.at: is [0, 0] on b (the default), where no revolute"));
+  CHECK_THAT(said, Contains("0.08 m instead of 0.1 m"));
+  CHECK_THAT(said, !Contains("phase"));
+}
+
 TEST_CASE("epicyclic trains of two degrees of freedom follow Willis' equation", "[gears]") {
   // (ω_r − ω_c)/(ω_s − ω_c) = −z_s/z_r, thus ω_r = ω_c (1 + z_s/z_r) − ω_s z_s/z_r; the planet
   // rolls in the ring: (ω_p − ω_c) z_p = (ω_r − ω_c) z_r.
