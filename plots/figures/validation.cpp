@@ -7,6 +7,7 @@
 #include <map>
 
 #include "io/files/input_file.hpp"
+#include "plots/drawing/curve_look.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
 #include "plots/tables/table.hpp"
@@ -100,11 +101,11 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
       f.blocks.emplace_back(fmt::format("{}, {} [{}]", panel.quantity, curve.variant, curve.formulation));
       for (const auto& [at, one] : curve.points)
         if (std::isfinite(one)) f.blocks.back().row({at, one});
-      const auto colour =
-          static_cast<std::size_t>(std::ranges::find(variants, curve.variant) - variants.begin()) % 9 + 1;
-      const bool dashed = curve.formulation == "penalty";
-      f.script.add(", '' index {} using 1:2 with lines lw 1.5 dt {} lc rgb C{} title {}", block++,
-                   dashed ? 2 : 1, colour, curve.variant + " [" + curve.formulation + "]");
+      const auto look = curve_look(
+          static_cast<std::size_t>(std::ranges::find(variants, curve.variant) - variants.begin()),
+          curve.formulation == "penalty");
+      f.script.add(", '' index {} using 1:2 with lines lw 1.5 dt {} lc rgb C{} title {}", block++, look.dash,
+                   look.colour, curve.variant + " [" + curve.formulation + "]");
     }
     f.script.add("\nunset key\n");
   }

@@ -11,6 +11,7 @@
 #include "mechanism/error.hpp"
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/column_title.hpp"
+#include "plots/drawing/curve_look.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/heat_map.hpp"
 #include "plots/drawing/panels.hpp"
@@ -131,7 +132,6 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   else if (const double margin = 0.02 * (across.high - across.low); margin > 0)
     across.low -= margin, across.high += margin;
   PanelStack stack{.abscissa = {title_of_axis(axis), across}, .panels = {}, .each = 5.0};
-  constexpr Word marks[] = {"7", "5", "9", "13", "11", "6", "4", "8", "12"};
   for (const auto& q : quantities) {
     Panel panel{.title = title_of_quantity(q), .axis = {}, .curves = {}};
     Limits means, ends;
@@ -154,13 +154,13 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
       // One pair of curves has the styles of the formulations, further ones a colour for each pair.
       const bool penalty = g.formulation == "penalty";
       const bool single = title.empty();
-      const auto number = (colour - 1) % 9 + 1;
-      const Script look = single ? Script().add("ls {}", penalty ? 1 : 2)
-                                 : Script().add("lc rgb C{} dt {} pt {} lw 1.3", number, penalty ? 2 : 1,
-                                                marks[(colour - 1) % std::size(marks)]);
+      const auto own = curve_look(colour - 1, penalty);
+      const Script look =
+          single ? Script().add("ls {}", penalty ? 1 : 2)
+                 : Script().add("lc rgb C{} dt {} pt {} lw 1.3", own.colour, own.dash, own.mark);
       panel.curves.push_back(
           {Script().add("DATA index {} using 1:2:3:4 with yerrorbars lc rgb C{} dt 1 ps 0", f.blocks.size(),
-                        single ? (penalty ? std::size_t{1} : std::size_t{2}) : number),
+                        single ? (penalty ? std::size_t{1} : std::size_t{2}) : own.colour),
            ""});
       // The first panel names the curves of all.
       panel.curves.push_back({Script().add("DATA index {} using 1:2 with {} {}", f.blocks.size(),
