@@ -19,10 +19,10 @@ constexpr double tallest = 23;      ///< cm, of a page with a caption on A4
 constexpr double least_cell = 2.9;  ///< cm
 // cm around the cells at the usual text size: edges of the page, between cells, above and below a
 // line of cells.
-constexpr double left = 1.5, right = 0.3, gap_between = 0.3, below = 1.05, head = 0.05, foot = 0.1;
+constexpr double left = 1.5, right = 0.3, gap_between = 0.3, below = 0.85, head = 0.05, foot = 0.1;
 
 /// Room above a cell: the name of the joint, and the title of the panel in one or two lines.
-double above(bool broken) { return broken ? 1.25 : 0.95; }
+double above(bool broken) { return broken ? 0.95 : 0.65; }
 
 struct OrbitPanel {
   std::string run, span;  ///< title
