@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -70,6 +71,24 @@ Block block_of(const ForceTable& table, std::size_t r, const std::vector<ForcePa
     block.row(row);
   }
   return block;
+}
+
+/// A mark at the edge of a panel for each peak of a curve beyond it: x, y, and +1 above or −1 below.
+std::vector<std::array<double, 3>> clipped_peaks(const Values& x, const Values& y, const ForceRange& range) {
+  const auto beyond = [&](double v) { return v > range.high ? 1 : v < range.low ? -1 : 0; };
+  const double inside = 0.03 * (range.high - range.low);
+  std::vector<std::array<double, 3>> marks;
+  for (std::size_t i = 0; i < y.size();) {
+    const int side = beyond(y[i]);
+    std::size_t peak = i, end = i + 1;
+    if (side != 0)
+      for (; end < y.size() && beyond(y[end]) == side && std::abs(x[end] - x[end - 1]) <= 180; ++end)
+        if (side * y[end] > side * y[peak]) peak = end;
+    if (side != 0)
+      marks.push_back({x[peak], side > 0 ? range.high - inside : range.low + inside, double(side)});
+    i = end;
+  }
+  return marks;
 }
 
 Axis across(const ForceTable& table) {
@@ -154,19 +173,30 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
     widen(range, least);
     if (p.from_zero) range.low = 0;
     if (const auto outside = note(range, runs); !outside.empty())
-      f.caption += fmt::format(" Outside the range of panel {}: {}.", k + 1, outside);
+      f.caption += fmt::format(" Outside the range of panel {} (triangles): {}.", k + 1, outside);
     Panel panel{.title = AxisTitle::of(p.quantity, p.unit),
                 .axis = {range.low, range.high},
                 .curves = {},
                 .name = p.name};
+    // The thin dashed curve of the nonsmooth formulation is above the wider one of penalty and shows it.
     for (int style : {1, 2, 3})
       for (std::size_t r = 0; r < runs.size(); ++r)
         if (runs[r].style == style && !p.runs[r].empty())
           panel.curves.push_back({Script().add("DATA index {} using 1:{} with lines ls {}{}", r, k + 2, style,
                                                runs.size() == 1 ? Word(" lw 1.1 dt 1")
-                                               : style == 3     ? Word(" lw 1.4")
-                                                                : Word(" lw 1.1")),
+                                               : style == 2     ? Word(" lw 0.7")
+                                                                : Word(" lw 1.4")),
                                   k == 0 && runs.size() > 1 ? runs[r].title : ""});
+    for (std::size_t r = 0; r < runs.size(); ++r)
+      for (const int side : {1, -1}) {
+        Block marks(fmt::format("{}, panel {}: peaks {} the range, x, edge", runs[r].title, k + 1,
+                                side > 0 ? "above" : "below"));
+        for (const auto& [x, y, of] : clipped_peaks(runs[r].x, p.runs[r], range))
+          if (of == side) marks.row({x, y});
+        add_curve(f, panel, std::move(marks),
+                  Script().add("using 1:2 with points pt {} ps 0.7 lc rgb C{}", side > 0 ? 9 : 11,
+                               runs[r].style));
+      }
     stack.panels.push_back(std::move(panel));
   }
   return draw_panels(f, folder, std::move(stack));
@@ -216,6 +246,11 @@ std::filesystem::path drive_torque(const ForceTable& table, const std::filesyste
   }
   return stack(table, folder, "drive_torque", fmt::format("torque of {}", fmt::join(table.drives(), ", ")),
                std::move(panels), std::max(1e-6 * size, 1e-9));
+}
+
+/// The share of a component within a range that contains 0: 1 inside.
+double part_inside(double value, const ForceRange& range) {
+  return value > range.high ? range.high / value : value < range.low ? range.low / value : 1;
 }
 
 /// F_y over F_x: one panel per formulation, each with the ideal joint.
@@ -274,15 +309,35 @@ std::filesystem::path bearing_load(const ForceTable& table, const std::filesyste
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto r = panels[k];
     std::size_t outside = 0;
-    for (std::size_t i = 0; i < x[r].size(); ++i)
-      outside += x[r][i] < across.low || x[r][i] > across.high || y[r][i] < up.low || y[r][i] > up.high;
+    Block peaks(fmt::format("{}: peaks outside, arrow to the edge: x, y, length along x, y", runs[r].title));
+    double least = 1;  // of the shares of the present peak that are inside
+    std::size_t peak = 0;
+    for (std::size_t i = 0; i <= x[r].size(); ++i) {
+      const double inside =
+          i < x[r].size() ? std::min(part_inside(x[r][i], across), part_inside(y[r][i], up)) : 1;
+      outside += inside < 1;
+      if (inside < least) least = inside, peak = i;
+      if (inside < 1 || least == 1) continue;
+      const double to_x = least * x[r][peak], to_y = least * y[r][peak],
+                   length = 0.05 * span / std::hypot(to_x, to_y);
+      peaks.row({to_x * (1 - length), to_y * (1 - length), to_x * length, to_y * length});
+      least = 1;
+    }
     if (outside > 0)
-      f.caption += fmt::format(" Outside the ranges: {} {} of {}.", runs[r].title, outside, x[r].size());
+      f.caption +=
+          fmt::format(" Outside the ranges (arrows): {} {} of {}.", runs[r].title, outside, x[r].size());
     if (panels.size() > 1) f.script.add("set title {}\n", runs[r].title);
     f.script.add("plot DATA index {} using 1:2 with lines ls {} lw 0.8 dt 1 notitle", r, runs[r].style);
     if (ideal)
       f.script.add(", DATA index {} using 1:2 with lines ls 3 lw 1.4 {}", *ideal,
                    k == 0 ? Word("title 'ideal joint'") : Word("notitle"));
+    if (!peaks.empty()) {
+      f.script.add(
+          ", DATA index {} using 1:2:3:4 with vectors filled head size screen X(0.14),20 fixed lw 0.8 lc rgb "
+          "C{} notitle",
+          f.blocks.size(), runs[r].style);
+      f.blocks.push_back(std::move(peaks));
+    }
     f.script.add("\n");
   }
   f.script.add("unset multiplot\n");

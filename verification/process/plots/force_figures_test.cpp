@@ -126,7 +126,12 @@ TEST_CASE("force figures: reactions, bearing loads and torque over the last revo
                          Contains("nonsmooth 1 of 200") && !Contains("penalty 1 of") &&
                          Contains("title \"ideal joint\""));
   CHECK_THAT(test::file_text(out / "figures/bearing_load_gudgeon.gp"),
-             Contains("Outside the ranges: nonsmooth 1 of 200"));
+             Contains("Outside the ranges (arrows): nonsmooth 1 of 200") && Contains("with vectors"));
+  // One triangle at the edge for the one peak of the nonsmooth run.
+  const auto blocks = test::data_blocks(out / "figures/reaction_gudgeon.dat");
+  REQUIRE(blocks.size() > 3);
+  for (std::size_t b = 3; b < blocks.size(); ++b) CHECK(blocks[b].size() == 1);
+  CHECK_THAT(script, Contains("with points pt 9 ps 0.7 lc rgb C2") && !Contains("ps 0.7 lc rgb C1"));
   CHECK_THAT(test::file_text(out / "figures/reaction_guide.gp"), !Contains("F_x") && Contains("F_y"));
   CHECK_THAT(test::file_text(out / "figures/drive_torque.gp"), Contains("motor") && !Contains("twist"));
 }
