@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "io/files/input_file.hpp"
+#include "io/scene/schema.hpp"
 #include "plots/drawing/column_title.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/panels.hpp"
@@ -46,6 +47,14 @@ std::string ordinate(const std::filesystem::path& folder) {
   const JsonFile diagram(folder / "bifurcation.json");
   const auto name = diagram.text("bifurcation.columns.0.name");
   return name == "phase" ? name : "approach";
+}
+
+/// Title of the axis of a key, with the stated unit or, of unscaled values, that of the key.
+AxisTitle title_of_key(const JsonFile& document, const std::string& at) {
+  const auto key = document.text(at + "key");
+  auto unit = document.text(at + "unit");
+  if (unit.empty() && document.number(at + "scale") == 1) unit = printed(unit_of(key));
+  return AxisTitle::plain(key, unit);
 }
 
 std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& folder) {
@@ -166,9 +175,8 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
     if (const auto it = found.find(m.kind); it != found.end())
       add(it->second, Script().add("points {}", m.mark), m.title);
   const double margin = across.range() > 0 ? 0.02 * across.range() : 1;
-  const auto key = document.text("continue.key");
   return {draw_panels(f, folder,
-                      {.abscissa = {AxisTitle::plain(key, document.text("continue.unit")),
+                      {.abscissa = {title_of_key(document, "continue."),
                                     {across.least - margin, across.most + margin}},
                        .panels = {std::move(panel)},
                        .each = 7.5})};
@@ -202,7 +210,7 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   if (!(across.range() > 0)) return {};
   Figure f{.name = "curves", .height_cm = 10, .source = "continue.json"};
   Panel panel{
-      .title = AxisTitle::plain(document.text("continue.second.key"), document.text("continue.second.unit")),
+      .title = title_of_key(document, "continue.second."),
       .axis = axis_of(up.least, up.most),
       .curves = {}};
   for (std::size_t i = 0; i < blocks.size(); ++i)
@@ -213,7 +221,7 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   const double margin = 0.02 * across.range();
   return {draw_panels(
       f, folder,
-      {.abscissa = {AxisTitle::plain(document.text("continue.key"), document.text("continue.unit")),
+      {.abscissa = {title_of_key(document, "continue."),
                     {across.least - margin, across.most + margin}},
        .panels = {std::move(panel)},
        .each = 7.5})};

@@ -67,6 +67,14 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
   const ReadTable table(folder / "misfit.csv", {}, {"x", "y", "excess"}, {"x_name", "y_name"});
   const auto &x = table.column("x"), &y = table.column("y"), &excess = table.column("excess");
   const auto &x_name = table.text("x_name"), &y_name = table.text("y_name");
+  const ReadTable points(folder / "calibration.csv", {}, {}, {"unknown", "unknown_unit"});
+  const auto& unknowns = points.text("unknown");
+  const auto titled = [&](const std::string& name) {
+    const auto at = std::ranges::find(unknowns, name) - unknowns.begin();
+    return AxisTitle::plain(name, static_cast<std::size_t>(at) == unknowns.size()
+                                      ? ""
+                                      : points.text("unknown_unit")[static_cast<std::size_t>(at)]);
+  };
   Figure f{.name = "calibration_misfit", .source = "calibration.json"};
   struct Pair {
     std::string x, y;
@@ -100,11 +108,11 @@ std::vector<std::filesystem::path> misfit(const std::filesystem::path& folder) {
     const auto& p = panels[k];
     const bool keyed = k == 0;
     stack.panels.push_back(
-        {.title = AxisTitle::plain(p.y, ""),
+        {.title = titled(p.y),
          .axis = {p.up.least, p.up.most},
          .curves = {{Script().add("$wide{} using 1:2 with lines lw 1.5 lc rgb C2", k), keyed ? "95 %" : ""},
                     {Script().add("$near{} using 1:2 with lines lw 1.5 lc rgb C1", k), keyed ? "68 %" : ""}},
-         .abscissa = Abscissa{AxisTitle::plain(p.x, ""), {p.across.least, p.across.most}}});
+         .abscissa = Abscissa{titled(p.x), {p.across.least, p.across.most}}});
   }
   return {draw_panels(f, folder, std::move(stack))};
 }
