@@ -107,7 +107,7 @@ Scene rescaled(Scene scene, const Units& u) {
                             stop(c.stop);
                             maybe(c.stop.lower, L), maybe(c.stop.upper, L);
                           },
-                          [&](AngleStop& c) { stop(c.stop), c.radius *= L; }},
+                          [&](AngleStop& c) { stop(c.stop), c.radius = c.arm() * L; }},
                contact);
   for (auto& s : m.surfaces) maybe(s.young, force / (L * L));
   for (auto& l : m.lubricants) l.viscosity *= force * T / (L * L), maybe(l.hand_over, L);

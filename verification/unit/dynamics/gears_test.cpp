@@ -249,7 +249,10 @@ TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
       {"lower = -0.1\nupper = 0.4\n", "", "contacts.travel: needs lower or upper, or both"},
       {"lower = -0.1\nupper = 0.4\n", "lower = 0.4\nupper = 0.4\n",
        "contacts.travel.upper: must be greater than lower"},
-      {"radius = 0.05\n", "", "contacts.turn.radius: is missing"},
+      {"radius = 0.05\n", "", "contacts.turn.radius: is required with direction"},
+      {"joint = \"pin\"\nsurface = \"hard\"\nupper = 2.0\nradius = 0.05\n",
+       "joint = \"pin\"\nsurface = \"hard\"\nupper = 2.0\ncurvature_radius = 0.01\n",
+       "contacts.couple.radius: is required with curvature_radius"},
       {"pin_radius = 0.01\n", "", "joints.slot.pin_radius: is missing"},
       {"lower = -0.1\n", "lower = -0.1\nstiffness = 1e5\ncurvature_radius = 0.1\n",
        "contacts.travel.curvature_radius: computes the stiffness"},
@@ -260,6 +263,33 @@ TEST_CASE("invalid gears, slots and stops are refused", "[gears][scene]") {
     CAPTURE(edit.from, edit.to);
     CHECK_THAT(test::refusal(test::replaced(good, edit.from, edit.to)), Contains(edit.words));
   }
+}
+
+TEST_CASE("a couple of stops needs no radius, and its impact does not depend on it", "[gears]") {
+  // A rod turns about its pin at 10 rad/s and meets the stop at 0.5 rad after 0.05 s: −0.6 * 10 rad/s.
+  const double e = 0.6, w = 10;
+  for (const auto* radius : {"", "radius = 0.02\n", "radius = 0.5\n"})
+    for (const auto& way : {test::event_driven, test::fixed_steps(1e-5)}) {
+      const auto text =
+          "format = 2\n" +
+          test::body("rod", 1.0, 0.01,
+                     "position = [0.1, 0.0]\nvelocity = [0.0, 1.0]\nangular_velocity = 10.0\n") +
+          test::pin("pin", "ground", "rod", {}, {-0.1, 0.0}) +
+          test::stop("stop", "angle-stop", "pin", fmt::format("upper = 0.5\n{}", radius), "steel") +
+          test::surface("steel", e) + test::run_for(0.06, "start = \"given\"\n");
+      CAPTURE(radius);
+      // Fixed steps: the error of velocities at the end of a step, (ω h)², with a margin of 100.
+      CHECK(test::finished(way, text).final_state.v[2] == Approx(-e * w).epsilon(1e-6));
+    }
+  const auto scene = scene_of(test::replaced(
+      scene_text(with_backlash), "surface = \"hard\"\nupper = 2.0\nradius = 0.05\n",
+      "surface = \"hard\"\nupper = 2.0\n"));
+  int couples = 0;
+  for (const auto& contact : scene.mechanism.contacts)
+    if (const auto* stop = std::get_if<AngleStop>(&contact); stop && stop->name == "couple")
+      couples += !stop->radius && stop->arm() == 1;
+  CHECK(couples == 1);
+  CHECK(to_toml(parse_scene(to_toml(scene), "again")) == to_toml(scene));
 }
 
 TEST_CASE("an absent tooth phase is taken from the initial poses and stays in the canonical text",
