@@ -37,7 +37,7 @@ class Nonsmooth final : public Marched<Stepper> {
   std::vector<ContactModel> contact_models() const override {
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.reported(); ++k)
-      models.push_back({*system_.contact_facts(k).surface.restitution, restitution_[k], 0, 0, 0});
+      models.push_back({*system_.contact_facts(k).surface.slow_restitution(), restitution_[k], 0, 0, 0});
     return models;
   }
   std::vector<std::string> notes() const override {
@@ -128,10 +128,11 @@ std::unique_ptr<Formulation> make_nonsmooth(const Scene& scene, const System& sy
   std::vector<double> e = restitution;
   for (int k = static_cast<int>(e.size()); k < system.reported(); ++k) {
     const auto& surface = system.contact_facts(k).surface;
-    if (!surface.restitution)
+    const auto restitution_of = surface.slow_restitution();
+    if (!restitution_of)
       throw ModelError(fmt::format("surfaces.{}.restitution", surface.name),
                        "is missing: the impact law needs it");
-    e.push_back(*surface.restitution);
+    e.push_back(*restitution_of);
   }
   const RowFacts facts{!redundant_rows(system, state.q).empty(), scene.run.eliminate};
   const auto with = [&](auto stepper) -> std::unique_ptr<Formulation> {

@@ -96,23 +96,44 @@ ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
   });
 }
 
-/// The point law from which a contact law takes its χ.
+/// Sets χ of a point or line contact.
+void set_damping(ContactForce& force, const PenaltyOptions& o, const ContactFacts& contact) {
+  const auto law = damping_of(o);
+  if (!facts_of(law).takes_restitution) return;
+  const auto restitution = contact.surface.slow_restitution();
+  if (!restitution)
+    missing(surface_key(contact, "restitution"), "a penalty contact computes its damping from it");
+  force.chi = damping_factor(law, *restitution);
+  if (contact.surface.restitution_by_speed()) force.by_speed.emplace(law, contact.surface);
+}
+
+}  // namespace
+
 ContactLaw damping_of(const PenaltyOptions& o) {
   const auto& own = facts_of(o.contact).damping;
   return own ? o.damping.value_or(*own) : o.contact;
 }
 
-/// χ of a point or line contact.
-double damping(const PenaltyOptions& o, const ContactFacts& contact) {
-  const auto law = damping_of(o);
-  if (!facts_of(law).takes_restitution) return 0;
-  const auto& restitution = contact.surface.restitution;
-  if (!restitution)
-    missing(surface_key(contact, "restitution"), "a penalty contact computes its damping from it");
-  return damping_factor(law, *restitution);
+DampingBySpeed::DampingBySpeed(ContactLaw law, const Surface& surface) : law_(law), surface_(&surface) {
+  for (const auto& [speed, e] : surface.restitution_table) damping_factor(law, e);
 }
 
-}  // namespace
+double DampingBySpeed::operator()(double v0) const {
+  if (v0 != v0_) {
+    chi_ = damping_factor(law_, surface_->restitution_at(v0));
+    v0_ = v0;
+  }
+  return chi_;
+}
+
+/// dχ/dv₀, by a difference of ∛ε within 0 ≤ e ≤ 1.
+double DampingBySpeed::slope(double v0) const {
+  const double by_speed = surface_->restitution_slope(v0);
+  if (by_speed == 0) return 0;
+  const double e = surface_->restitution_at(v0), h = 6e-6 * std::max(e, 0.01);
+  const double low = e - std::min(h, 0.5 * e), high = std::min(1.0, e + h);
+  return (damping_factor(law_, high) - damping_factor(law_, low)) / (high - low) * by_speed;
+}
 
 double hertz_stiffness(double young, double poisson, double radius) {
   return 4.0 / 3.0 * young / (2 * (1 - poisson * poisson)) * std::sqrt(radius);
@@ -145,7 +166,7 @@ ContactForce make_contact_force(const Scene& scene, const ContactFacts& contact)
       law.elastic = line_elastic(o.contact, contact);
       break;
   }
-  law.chi = damping(o, contact);
+  set_damping(law, o, contact);
   return law;
 }
 

@@ -183,7 +183,7 @@ std::unique_ptr<EventDynamics> EventDynamics::twin() const {
 std::unique_ptr<EventDynamics> EventDynamics::twin_of(const System& displaced) const {
   std::vector<double> restitution;
   for (int k = 0; k < displaced.contacts(); ++k)
-    restitution.push_back(displaced.contact_facts(k).surface.restitution.value_or(0));
+    restitution.push_back(displaced.contact_facts(k).surface.slow_restitution().value_or(0));
   auto other = std::make_unique<EventDynamics>(displaced, options_, restitution, facts(), speed_scale());
   other->phases = phases;
   return other;

@@ -60,7 +60,9 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
     ImpactContact i;
     i.normal = add(c.row.normal);
     const bool inelastic = std::ranges::find(impact.inelastic, k) != impact.inelastic.end();
-    i.restitution = inelastic ? 0 : c.restitution;
+    i.restitution = inelastic    ? 0
+                    : c.by_speed ? c.by_speed->restitution_at(-d.rows.b[i.normal])
+                                 : c.restitution;
     if (c.row.tangent.size > 0) {
       const auto& surface = d.system.contact_facts(k).surface;
       i.tangent = add(c.row.tangent);

@@ -147,7 +147,11 @@ ModeEquations::ModeEquations(const System& s, const std::vector<double>& restitu
       speed_scale_(speed_scale),
       placed_(s.n()) {
   saddle.use(s.compiled().solve());
-  for (int k = 0; k < s.contacts(); ++k) contacts[k].restitution = restitution[k];
+  for (int k = 0; k < s.contacts(); ++k) {
+    contacts[k].restitution = restitution[k];
+    if (const auto& surface = s.contact_facts(k).surface; surface.restitution_by_speed())
+      contacts[k].by_speed = &surface;
+  }
   for (int k = 0; k < s.frictions(); ++k) {
     preloaded[k].bound = preloaded[k].opposite = s.friction_facts(k).bound;
     preloaded[k].share = s.slide_share(k);

@@ -99,6 +99,7 @@ struct ModeContact {
   /// exceeds rounding.
   bool resting = false;
   double restitution = 0;
+  const Surface* by_speed = nullptr;  ///< whose restitution depends on the approach speed
   ContactRow row;
   double lambda_n = 0, lambda_t = 0;  ///< N, at the last evaluation
   double mobility = 0;                ///< 1/kg, response of its gap to its own λ_N

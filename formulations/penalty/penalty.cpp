@@ -86,7 +86,7 @@ class Penalty final : public Marched<PenaltyStepper<Method>>, public PenaltyStep
     std::vector<ContactModel> models;
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& law = stepper_.dynamics().contacts()[k].law;
-      const double requested = system_.contact_facts(k).surface.restitution.value_or(1);
+      const double requested = system_.contact_facts(k).surface.slow_restitution().value_or(1);
       models.push_back({requested,
                         law.viscous > 0 || law.own() ? std::nan("") : delivered_restitution(law.chi),
                         law.elastic.is_power() ? law.elastic.stiffness : 0, law.elastic.exponent, law.chi});
@@ -273,6 +273,15 @@ double delivered_by(const Scene& scene, const ContactFacts& contact) {
             "the effective restitution of {} is unknown, so no impact law can be matched with it; use "
             "--as-given or run the formulations separately",
             scene.penalty.own->name));
+  const auto damping = damping_of(scene.penalty);
+  if (contact.surface.restitution_by_speed() && damping != ContactLaw::exact)
+    throw ModelError(
+        fmt::format("surfaces.{}.{}", contact.surface.name,
+                    contact.surface.yield_speed ? "yield_speed" : "restitution_table"),
+        fmt::format("the effective restitution of \"{}\" differs from the input by an amount that depends on "
+                    "the approach speed, so it cannot be matched; use \"exact\", whose effective restitution "
+                    "is the input, or compare with --as-given",
+                    facts_of(damping).text));
   return delivered_restitution(make_contact_force(scene, contact).chi);
 }
 

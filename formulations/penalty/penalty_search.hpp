@@ -241,7 +241,7 @@ class PenaltySearch {
   /// damping, or the contact expands. An impact that differs by less than a hundredth is the same.
   static void find_impact_event(Motion& m, int k, PenaltyEvent& first) {
     const auto& c = m.f.contacts()[k];
-    if (!c.closed || !(c.law.chi > 0 || c.law.own()) || !(m.method.t > m.method.t_old)) return;
+    if (!c.closed || !(c.law.hysteretic() || c.law.own()) || !(m.method.t > m.method.t_old)) return;
     // In a step as long as the contact, an impact on it may begin and end.
     const int parts = Method::long_steps && !m.method.relieved() ? 8 : 1;
     const double h = (m.method.t - m.method.t_old) / parts;

@@ -166,7 +166,7 @@ void PenaltyVariation::retain(int k, const EventMap& e, double speed, const Func
   const auto& d = run_.dynamics();
   const auto slot = static_cast<std::size_t>(d.size()) + 2 * static_cast<std::size_t>(k);
   const bool floored = !(speed > v0_floor_);
-  if (!(d.contacts()[k].law.chi > 0)) return;  // the force does not depend on them
+  if (!d.contacts()[k].law.hysteretic()) return;  // the force does not depend on them
   if (floored && !floor_given_)
     refuse(fmt::format(
         "t = {:.9g} s: contact {} begins below the least v₀, which depends on the scene's speeds; "

@@ -354,7 +354,7 @@ bool AdaptiveMoreau::bounce_is_over(const OnsetSearch::Onset& onset) const {
   if (!(c.t_left > -INFINITY)) return false;  // it has had no impact yet
   const bool low =
       0.25 * std::abs(onset.rate) * duration <= tolerance_ * system_.contact_facts(onset.contact).clearance;
-  return c.restitution < 1 && (low || duration <= 2 * pace_.floor);
+  return c.restitution_at(std::abs(onset.rate)) < 1 && (low || duration <= 2 * pace_.floor);
 }
 
 /// One step over the impact of the contacts at their onset.
@@ -402,7 +402,7 @@ void AdaptiveMoreau::close_after_impact() {
     }
     // A contact pressed without rebound stays closed: its rates at the impact and at the step's end
     // differ by the rotation of its row.
-    const bool stays = c.last_n > 0 && (c.soft || c.restitution == 0);
+    const bool stays = c.last_n > 0 && (c.soft || c.restitution_at(-c.u_n_minus) == 0);
     c.soft = false;
     c.closed = (stays || std::abs(rate) <= none) &&
                c.gap <= 2 * near(k) + tolerance_ * system_.contact_facts(k).clearance;

@@ -79,11 +79,19 @@ ContactSet::ContactSet(const System& system, const std::vector<double>& restitut
     : system_(system), step_(step), contacts_(system.contacts()), a_gamma_(system.n()) {
   for (int k = 0; k < system.contacts(); ++k) {
     live_.push_back(k);
-    contacts_[k].restitution = restitution[k];
+    set_restitution(k, restitution[k]);
   }
   if (system.families().empty()) return;
   near_ = std::make_unique<Near>(system);
   near_->restitution.assign(restitution.begin() + system.contacts(), restitution.end());
+}
+
+void ContactSet::set_restitution(int k, double restitution) {
+  auto& c = contacts_[k];
+  c.restitution = restitution;
+  const auto& surface = facts(k).surface;
+  c.by_speed = surface.restitution_by_speed() ? &surface : nullptr;
+  by_speed_ |= c.by_speed != nullptr;
 }
 
 /// Called with s.end evaluated at the start.
@@ -210,7 +218,7 @@ void ContactSet::give_slots(const double* q, StepData& s, ImpulseResponses& resp
     const auto& family = system_.families()[static_cast<std::size_t>(wanted.family)];
     near.slots[static_cast<std::size_t>(k - own)] = {wanted, family.pair(wanted.i, wanted.j)};
     auto& c = contacts_[k];
-    c.restitution = near.restitution[static_cast<std::size_t>(wanted.family)];
+    set_restitution(k, near.restitution[static_cast<std::size_t>(wanted.family)]);
     c.gap = gap(k, q, s.end);
     c.t_left = -INFINITY;  // the flight before is long
     look(k, s.q_mid.data(), s.v_old.data(), s.middle, c.row);
@@ -252,7 +260,7 @@ void ContactSet::take_slots_again(StepData& s, ImpulseResponses& responses) {
     const int k = new_slot(s, responses);
     const auto family = static_cast<std::size_t>(p.family);
     near_->slots.back() = {p, system_.families()[family].pair(p.i, p.j)};
-    contacts_[k].restitution = near_->restitution[family];
+    set_restitution(k, near_->restitution[family]);
   }
   for (const int k : free)
     if (k < own || k >= static_cast<int>(contacts_.size()))

@@ -94,11 +94,12 @@ class ImpulseResponses {
 
 struct StepContact {
   double restitution = 0;
-  bool active = false;     // takes part in this step
-  bool closed = false;     // takes part in steps with StepReach::closed
-  bool in_impact = false;  // in impact in this step: it was open before, and approaches
-  bool held = false;       // in this step: its gap is corrected to zero from either side
-  bool soft = false;       // its next impact is without restitution: its bounces have ended
+  const Surface* by_speed = nullptr;  // whose restitution depends on the approach speed
+  bool active = false;                // takes part in this step
+  bool closed = false;                // takes part in steps with StepReach::closed
+  bool in_impact = false;             // in impact in this step: it was open before, and approaches
+  bool held = false;                  // in this step: its gap is corrected to zero from either side
+  bool soft = false;                  // its next impact is without restitution: its bounces have ended
   ContactRow row;
   double gap = 0;  // at the end of the last step
   double u_n_minus = 0, u_t_minus = 0, u_n_plus = 0, u_t_plus = 0;
@@ -109,6 +110,10 @@ struct StepContact {
   int steps = 0;                  // number of steps since the onset of the present contact
   double bias_n = 0, bias_t = 0;  // u⁻ − Wᵀv = Wᵀv⁺ − u⁺
   int unknown = -1;               // index in the contact problem of the step
+  /// e at an approach speed (m/s).
+  double restitution_at(double approach) const {
+    return by_speed ? by_speed->restitution_at(approach) : restitution;
+  }
   template <class M>
   void serialize(M& m) {
     m(active, closed, in_impact, held, soft, row, gap, u_n_minus, u_t_minus, u_n_plus, u_t_plus, impulse_n,
@@ -147,6 +152,8 @@ class ContactSet {
   /// Determines which active contacts are in impact, and the rate bias of all. Returns true if any
   /// is in impact.
   bool find_impacts(StepData& step);
+  /// Whether the restitution of a contact depends on its approach speed.
+  bool restitution_by_speed() const { return by_speed_; }
   /// Gap (m) up to which a closed contact still takes part.
   double slack = 0;
   ///@}
@@ -206,6 +213,7 @@ class ContactSet {
   std::size_t numbered() const { return static_cast<std::size_t>(system_.contacts()); }
   const Slot& slot(int k) const { return near_->slots[static_cast<std::size_t>(k) - numbered()]; }
   void look(int k, const double* q, const double* v, const Evaluation& e, ContactRow& row) const;
+  void set_restitution(int k, double restitution);
   void renew_pairs(double h, const double* q, const double* v0, const double* v1, StepData& step,
                    ImpulseResponses& responses);
   void give_slots(const double* q, StepData& step, ImpulseResponses& responses);
@@ -218,7 +226,7 @@ class ContactSet {
   std::vector<int> live_;
   std::unique_ptr<Near> near_;
   std::vector<double> a_gamma_;
-  bool waiting_ = false;
+  bool waiting_ = false, by_speed_ = false;
 };
 
 }  // namespace freeplay

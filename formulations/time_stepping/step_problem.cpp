@@ -171,6 +171,10 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     problem.unknowns.push_back(u);
     if (islands_) id_.push_back(s.system.frictions() + k);
   }
+  if (all && contacts.restitution_by_speed())
+    for (const int k : contacts.live())
+      if (const auto& c = contacts[k]; c.active && !c.soft)
+        problem.unknowns[c.unknown].target_n = -c.restitution_at(-c.u_n_minus) * c.u_n_minus;
   for (int k = 0; k < s.system.frictions(); ++k) {
     ContactUnknown u;
     if (islands_) id_.push_back(k);

@@ -14,7 +14,8 @@ namespace {
 double left_out(const StepContact& c) {
   if (!c.soft || !(c.t_left > -INFINITY)) return 0;
   const double flight = c.t_onset - c.t_left;
-  return c.restitution < 1 ? flight * c.restitution / (1 - c.restitution) : flight;
+  const double e = c.restitution_at(-c.u_n_minus);
+  return e < 1 ? flight * e / (1 - e) : flight;
 }
 
 }  // namespace

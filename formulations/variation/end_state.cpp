@@ -160,7 +160,7 @@ class StepObserver<PenaltyScheme> {
     end.renewed = renewed_;
     for (const auto& c : scheme_.mode().contacts()) {
       end.contacts.push_back(c.mode());
-      end.retains.push_back(c.law.chi > 0);
+      end.retains.push_back(c.law.hysteretic());
       end.scales.insert(end.scales.end(), {scheme_.parts().speed_scale + c.v0, c.mass});
     }
   }

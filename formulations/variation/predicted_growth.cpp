@@ -125,7 +125,8 @@ void PredictedGrowth::cross_impact(const EventDynamics& d, const Variation::Proc
                                    const std::vector<int>& onsets) {
   const int n = system_.n();
   const auto rate = [&](int k, const Vector& x) { return probe_->look(k, x, p.t).normal.dot(x.data() + n); };
-  if (p.in_impact.size() == 1 && probe_->look(onsets[0], p.before, p.t).tangent.size == 0) {
+  if (p.in_impact.size() == 1 && probe_->look(onsets[0], p.before, p.t).tangent.size == 0 &&
+      !probe_->contacts[onsets[0]].by_speed) {
     logs_.impacts += 2 * std::log(restitution_[static_cast<std::size_t>(onsets[0])]);
     return;
   }

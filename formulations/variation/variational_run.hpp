@@ -45,7 +45,7 @@ inline std::vector<double> restitution_of(const SensitivityRun& run) {
   if (!run.restitution.empty()) return run.restitution;
   std::vector<double> list;
   for (int k = 0; k < run.system.contacts(); ++k)
-    list.push_back(run.system.contact_facts(k).surface.restitution.value_or(0));
+    list.push_back(run.system.contact_facts(k).surface.slow_restitution().value_or(0));
   return list;
 }
 

@@ -273,7 +273,9 @@ int check(const CheckRequest& request) {
       fmt::print("radius of curvature {:.5g} mm\n", 1e3 * facts.radius);
     else
       fmt::print("a sharp corner\n");
-    if (const auto e = facts.surface.restitution) fmt::print("    restitution: input {:.4g}\n", *e);
+    if (const auto e = facts.surface.slow_restitution())
+      fmt::print("    restitution: input {:.4g}{}\n", *e,
+                 facts.surface.restitution_by_speed() ? " at low approach speeds" : "");
   }
   int available = 0;
   for (const auto& [family, name] : families) {

@@ -1,9 +1,13 @@
 // Material pairs of contacts, and lubricants of clearances.
 #pragma once
 
-#include <array>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "mechanism/keys.hpp"
 
@@ -11,6 +15,14 @@ namespace freeplay {
 
 /// A pair of equal materials in contact. An absent property is not modelled: without `friction` the
 /// contact has no tangential row, without `young` the penalty formulation refuses it.
+///
+/// The coefficient of restitution e is a constant, or depends on the approach speed v of a contact:
+///
+///     yield_speed         e = restitution · min(1, (v/yield_speed)^(−1/4))
+///     restitution_table   linear between its points, constant outside
+///
+/// The first is the decay of fully plastic impacts, by K. L. Johnson, Contact Mechanics (1985), section
+/// 11.5, from the speed v_y at which the material yields.
 struct Surface {
   static constexpr std::string_view what = "a surface";
   /// by which the scene refers to it
@@ -23,11 +35,31 @@ struct Surface {
   /// κ > 0, tangential over normal stiffness of a contact; read by the laws "mindlin" and
   /// "compliant"
   std::optional<double> stiffness_ratio = {};
+  std::optional<double> yield_speed = {};  ///< v_y, m/s, > 0; empty: constant restitution
+  /// (approach speed in m/s, e) with increasing speeds; in place of `restitution`
+  std::vector<std::pair<double, double>> restitution_table = {};
 
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
     k.take({"poisson", "", "Poisson's ratio, 0 to 0.5; goes with young"}, s.poisson, zero_to_half);
-    k.take({"restitution", "", "input coefficient of restitution, 0 to 1"}, s.restitution, zero_to_one);
+    k.pairs({"restitution_table", "m/s, –",
+             "[[approach speed, restitution], ...] in place of restitution: linear between, constant outside"},
+            s.restitution_table);
+    const bool listed = !s.restitution_table.empty();
+    k.check(s.restitution_table.size() != 1, "restitution_table", "must have two points or more, has 1");
+    for (const auto& [speed, e] : s.restitution_table) {
+      k.check(speed >= 0, "restitution_table", "must have approach speeds of 0 or greater, has ", speed);
+      k.check(e >= 0 && e <= 1, "restitution_table", "must have restitutions between 0 and 1, has ", e);
+    }
+    if (k.when(!listed, {"restitution", "yield_speed"}, "cannot be combined with restitution_table")) {
+      k.take({"restitution", "", "input coefficient of restitution, 0 to 1"}, s.restitution, zero_to_one);
+      k.take({"yield_speed", "m/s",
+              "approach speed > 0 above which restitution decreases as its power −1/4 (Johnson)",
+              "constant restitution"},
+             s.yield_speed, positive);
+      k.check(listed || !s.yield_speed || s.restitution, "yield_speed",
+              "needs restitution, the coefficient below this speed");
+    }
     k.take({"friction", "", "Coulomb's coefficient, ≥ 0; if absent: frictionless"}, s.friction, non_negative);
     k.take(
         {"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
@@ -39,7 +71,45 @@ struct Surface {
     k.check(s.young.has_value() == s.poisson.has_value(), s.young ? "young" : "poisson",
             "young and poisson go together; one of them is missing");
   }
+
+  /// Whether e depends on the approach speed.
+  bool restitution_by_speed() const { return yield_speed || !restitution_table.empty(); }
+  /// e at vanishing approach speed; empty: the surface has no restitution.
+  std::optional<double> slow_restitution() const {
+    return restitution_table.empty() ? restitution : restitution_table.front().second;
+  }
+  /// e of an impact with an approach speed (m/s); the surface has a restitution.
+  double restitution_at(double approach) const;
+  /// de/dv (s/m) there; at a kink from above.
+  double restitution_slope(double approach) const;
+
+ private:
+  /// The end of the piece of the table that has a speed within it.
+  auto piece_end(double approach) const {
+    return std::ranges::upper_bound(restitution_table, approach, {}, [](const auto& p) { return p.first; });
+  }
 };
+
+inline double Surface::restitution_at(double approach) const {
+  if (restitution_table.empty())
+    return !yield_speed || !(approach > *yield_speed)
+               ? *restitution
+               : *restitution / std::sqrt(std::sqrt(approach / *yield_speed));
+  const auto to = piece_end(approach);
+  if (to == restitution_table.begin()) return to->second;
+  const auto from = std::prev(to);
+  if (to == restitution_table.end()) return from->second;
+  return std::lerp(from->second, to->second, (approach - from->first) / (to->first - from->first));
+}
+
+inline double Surface::restitution_slope(double approach) const {
+  if (restitution_table.empty())
+    return !yield_speed || approach < *yield_speed ? 0 : -restitution_at(approach) / (4 * approach);
+  const auto to = piece_end(approach);
+  if (to == restitution_table.begin() || to == restitution_table.end()) return 0;
+  const auto from = std::prev(to);
+  return (to->second - from->second) / (to->first - from->first);
+}
 
 /// A lubricant that fills a clearance.
 struct Lubricant {

@@ -237,6 +237,10 @@ void predict(const Scene& scene, const CompareSetup& setup, Comparison& c) {
       .end = c.nonsmooth.t_end,
       .turn = turn_of(c.penalty),
       .most_evaluations = std::max(least_evaluations, c.penalty.work.rhs + c.nonsmooth.work.rhs)};
+  if (std::ranges::any_of(scene.mechanism.surfaces, &Surface::restitution_by_speed)) {
+    c.predicted.reason = "restitutions depend on the approach speed";
+    return;
+  }
   for (const auto& contact : c.nonsmooth.contacts)
     basis.restitution.push_back(contact.model.restitution_delivered);
   try {
