@@ -80,7 +80,7 @@ namespace {
 using Pair = std::array<double, 2>;  // δ, δ̇
 
 /// Integrates m δ̈ = −F(δ, δ̇) from contact onset to separation, in about 2000 steps.
-std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s) {
+std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s, LawImpact& result) {
   const double h = elastic_duration(law.elastic, s.mass, s.speed) / 500;
   const auto force = [&](const Pair& y) {
     return y[0] > 0 ? law.force(y[0], law.elastic.force(y[0]), y[1], s.speed) : 0;
@@ -94,8 +94,17 @@ std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s) {
   std::vector<Pair> points{{0, law.viscous * s.speed}};
   for (int i = 0; i < 20000; ++i) {
     stepper.do_step(side, y, i * h, h);
-    if (!(y[0] > 0)) break;
+    result.duration = (i + 1) * h;
+    result.restitution = -y[1] / s.speed;
+    if (!(y[0] > 0)) {
+      if (y[1] < 0) result.duration -= y[0] / y[1];  // beyond separation
+      break;
+    }
     points.push_back({y[0], force(y)});
+  }
+  for (const auto& [depth, f] : points) {
+    result.depth = std::max(result.depth, depth);
+    result.force = std::max(result.force, f);
   }
   points.push_back({0, 0});
   return points;
@@ -111,7 +120,7 @@ void choose_spring_damper(Scene& scene, const ContactFacts& contact, const Impac
   const double K = make_contact_force(hertz, contact).elastic.stiffness;
   const double depth = std::pow(1.25 * s.mass * s.speed * s.speed / K, 0.4);
   o.kelvin_stiffness = s.mass * s.speed * s.speed / (depth * depth);
-  const double log_e = std::log(std::max(1e-3, contact.surface.restitution.value_or(1)));
+  const double log_e = std::log(std::max(1e-3, contact.surface.slow_restitution().value_or(1)));
   const double zeta = -log_e / std::hypot(3.14159265358979, log_e);
   o.kelvin_damping = 2 * zeta * std::sqrt(*o.kelvin_stiffness * s.mass);
 }
@@ -144,13 +153,19 @@ LawCurves law_curves(const Scene& scene, const ImpactSetting& setting) {
 
   LawCurves curves;
   curves.contact = contact.name;
-  curves.restitution = contact.surface.restitution.value_or(1);
+  curves.restitution = contact.surface.slow_restitution().value_or(1);
   for (const auto& law : contact_laws()) {
     if (law.kind == ContactKind::line && !contact.bearing_length) continue;
     Scene one = scene;
     one.penalty.contact = law.law;
     if (law.kind == ContactKind::spring_damper) choose_spring_damper(one, contact, setting);
-    curves.impacts.push_back({law.text, impact(make_contact_force(one, contact), setting)});
+    const auto force = make_contact_force(one, contact);
+    LawImpact result{.law = law.text};
+    curves.impacts.push_back({law.text, impact(force, setting, result)});
+    result.outside = result.depth > 0.5 * force.elastic.limit() ||
+                     (contact.has_clearance &&
+                      (contact.clearance < law.least_clearance || contact.clearance >= law.clearance_end));
+    curves.results.push_back(result);
     if (law.kind == ContactKind::point) curves.delivered.push_back(delivered(law));
   }
   const auto& given = scene.penalty;

@@ -53,11 +53,22 @@ struct LawCurve {
   std::vector<std::array<double, 2>> points;
 };
 
+/// Results of one free impact.
+struct LawImpact {
+  std::string_view law;    ///< text of the law
+  double force = 0;        ///< N, greatest
+  double depth = 0;        ///< m, greatest
+  double duration = 0;     ///< s
+  double restitution = 0;  ///< delivered
+  bool outside = false;    ///< clearance or depth outside the range of the law
+};
+
 struct LawCurves {
   /// first contact of the scene, for which the curves are computed
   std::string contact;
   double restitution = 1;           ///< requested restitution
   std::vector<LawCurve> impacts;    ///< (δ in m, F in N) from contact onset to separation
+  std::vector<LawImpact> results;   ///< of these impacts
   std::vector<LawCurve> delivered;  ///< (requested e, delivered ê) of the point laws
   /// (v in m/s, c/μ) of sliding at constant speeds; without laws that stick if all have the same
   /// regularisation speed

@@ -277,6 +277,7 @@ int check(const CheckRequest& request) {
       fmt::print("    restitution: input {:.4g}{}\n", *e,
                  facts.surface.restitution_by_speed() ? " at low approach speeds" : "");
   }
+  if (system.reported() > 0) fmt::print("  which contact law: docs/how-to/contact-law.md\n");
   int available = 0;
   for (const auto& [family, name] : families) {
     try {

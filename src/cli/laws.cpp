@@ -150,6 +150,8 @@ void report_film(const Scene& scene, const FilmRequest& request) {
   request.load ? print_point(scene, request, film) : print_chart(scene, request, film);
 }
 
+constexpr std::string_view choice_page = "Which law: docs/how-to/contact-law.md";
+
 struct LawsRequest : Request {
   std::string scene;
   std::optional<double> restitution;
@@ -162,9 +164,22 @@ struct LawsRequest : Request {
   std::string output;                    ///< result folder
 };
 
+/// Prints what each law makes of one free impact.
+void print_impacts(const LawCurves& curves, const ImpactSetting& setting) {
+  fmt::print("Free impact of {:.4g} kg at {:.4g} m/s in contact {}, input restitution {:.4g}\n\n"
+             "{:<22}{:>10}{:>11}{:>12}{:>10}\n",
+             setting.mass, setting.speed, curves.contact, curves.restitution, "law", "force, N", "depth, m",
+             "duration, s", "delivers");
+  for (const auto& r : curves.results)
+    fmt::print("{:<22}{:>10.4g}{:>11.3e}{:>12.3e}{:>10.4f}{}\n", r.law, r.force, r.depth, r.duration,
+               r.restitution, r.outside ? "  outside" : "");
+  fmt::print("\nForce and depth are the greatest; outside: beyond the range of the law, see\n`freeplay laws`. {}\n\n",
+             choice_page);
+}
+
 /// Writes impact_loops.csv, delivered.csv, friction.csv and laws.json.
-void write_curves(const Scene& scene, const ImpactSetting& setting, const std::filesystem::path& folder) {
-  const auto curves = law_curves(scene, setting);
+void write_curves(const Scene& scene, const LawCurves& curves, const ImpactSetting& setting,
+                  const std::filesystem::path& folder) {
   const LawTables tables(curves);
   write_file(folder / "impact_loops.csv", tables.impacts.csv());
   write_file(folder / "delivered.csv", tables.delivered.csv());
@@ -212,8 +227,10 @@ int print_curves(const LawsRequest& request) {
   ResultSet set(folder, "laws");
   ImpactSetting setting{.mass = request.mass, .speed = request.speed};
   if (request.friction) setting.regularisation = regularisation_of(request, scene->penalty);
-  write_curves(*scene, setting, set.place());
+  const auto curves = law_curves(*scene, setting);
+  write_curves(*scene, curves, setting, set.place());
   set.commit();
+  print_impacts(curves, setting);
   if (request.friction) print_friction(*setting.regularisation, scene->penalty);
   fmt::print("curves in {}\nfigures:\n", folder.string());
   for (const auto& path : plots::all(folder)) fmt::print("  {}\n", path.string());
@@ -260,7 +277,8 @@ int print_list() {
   fmt::print(
       "\nGoldsmith's and Dubowsky-Freudenstein's laws are not provided: the argument of\ntheir logarithm "
       "has a dimension, so the force depends on the units chosen.\n\nfreeplay laws --restitution 0.46 "
-      "prints the effective restitution of each law.\n");
+      "prints the effective restitution of each law.\n{}\n",
+      choice_page);
   return 0;
 }
 

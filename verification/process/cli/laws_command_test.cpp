@@ -1,4 +1,5 @@
 // The command laws (contact laws, friction laws, films), and the commands drift and verify.
+#include "formulations/contact/contact_law.hpp"
 #include "mechanism/laws.hpp"
 #include "verification/references/journal_bearing.hpp"
 #include "verification/support/rig.hpp"
@@ -46,7 +47,20 @@ TEST_CASE("the commands laws, drift and verify from the command line") {
   const test::TemporaryFolder folder;
   const auto out = " -o " + folder.path().string();
   const auto scene = test::flores().string();
-  test::succeeded("laws " + scene + out + "/laws");
+  const auto said = test::succeeded("laws " + scene + " --mass 2 --speed 0.3" + out + "/laws").out;
+  CHECK_THAT(said, Contains("Which law: docs/how-to/contact-law.md"));
+  // Hertz's undamped impact: F = K δ^1.5 at δ = (5 m v²/(4K))^(2/5), duration 2.9432 δ/v.
+  const auto facts = test::first_contact(read_scene(test::flores()));
+  const double K = hertz_stiffness(*facts.surface.young, *facts.surface.poisson, facts.radius),
+               depth = std::pow(1.25 * 2 * 0.09 / K, 0.4);
+  std::istringstream row(said.substr(said.find("\nhertz ") + 7));
+  double force = 0, most = 0, duration = 0, e = 0;
+  row >> force >> most >> duration >> e;
+  // printed with four digits
+  CHECK(force == Approx(K * std::pow(depth, 1.5)).epsilon(1e-3));
+  CHECK(most == Approx(depth).epsilon(1e-3));
+  CHECK(duration == Approx(2.9432 * depth / 0.3).epsilon(1e-3));
+  CHECK(e == 1);
   CHECK(std::filesystem::file_size(folder.path() / "laws/laws.json") > 100);
   CHECK_THAT(
       test::succeeded("drift " + scene + " --set run.revolutions=0.1 --set run.discard=0" + out + "/drift")
