@@ -1,9 +1,12 @@
 #include "formulations/contact/film.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "mechanism/error.hpp"
 #include "numerics/bracketed_root.hpp"
 #include "numerics/dual.hpp"
 
@@ -94,11 +97,21 @@ Film::Force<T> Film::force(const T& epsilon, const std::type_identity_t<T>& w_r,
   const double ratio = value_of(epsilon), radial = value_of(w_r), tangential = value_of(w_t);
   if (radial == 0 && tangential == 0) return {};
   const double c3 = clearance * clearance * clearance;
-  if (kind == Kind::short_bearing) {
+  if (kind != Kind::long_bearing) {
     const double unit = viscosity * radius * length * length * length / c3;
     const double middle = std::atan2(tangential, radial), half = cavitated ? pi / 2 : pi;
     const auto I = short_integrals(middle - half, middle + half, epsilon);
-    return {-unit * (I.cc * w_r + I.cs * w_t), -unit * (I.cs * w_r + I.ss * w_t)};
+    if (kind == Kind::short_bearing)
+      return {-unit * (I.cc * w_r + I.cs * w_t), -unit * (I.cs * w_r + I.ss * w_t)};
+    using std::sqrt;
+    if (!cavitated) {
+      const auto ratio_of = finite->full(epsilon);
+      return {-unit * ratio_of[0] * I.cc * w_r, -unit * ratio_of[1] * I.ss * w_t};
+    }
+    const T g_r = I.cc * w_r + I.cs * w_t, g_t = I.cs * w_r + I.ss * w_t;
+    const T size = unit * sqrt(g_r * g_r + g_t * g_t), speed = sqrt(w_r * w_r + w_t * w_t);
+    const auto ratio_of = finite->cavitated(epsilon, T(w_r / speed));
+    return {-size * ratio_of[0], -size * ratio_of[1] * w_t / speed};
   }
   const double unit = 12 * viscosity * length * radius * radius * radius / c3;
   double a = -pi, b = pi;
@@ -124,6 +137,32 @@ template <class T>
 T Film::shear(const T& epsilon) const {
   using std::sqrt;
   return 2 * pi * viscosity * radius * radius * radius * length / (clearance * sqrt(1 - epsilon * epsilon));
+}
+
+std::optional<Film> make_film(const ContactFacts& facts) {
+  if (!facts.lubricant) return std::nullopt;
+  const auto& oil = *facts.lubricant;
+  Film film{oil.film,
+            oil.cavitation == Lubricant::Cavitation::half_sommerfeld,
+            oil.viscosity,
+            *facts.bearing_length,
+            facts.radius_bearing,
+            facts.clearance,
+            oil.hand_over.value_or(0.01 * facts.clearance)};
+  if (film.kind != Film::Kind::finite_length) return film;
+  const double length = film.length / (2 * film.radius);
+  if (!(length >= FiniteFilm::least_length && length <= FiniteFilm::greatest_length))
+    throw ModelError(fmt::format("joints.{}.bearing_length", facts.name),
+                     fmt::format("gives L/D = {:.4g}; film = \"finite\" is for L/D from {} to {}, use {}",
+                                 length, FiniteFilm::least_length, FiniteFilm::greatest_length,
+                                 length < 1 ? "\"short\"" : "\"long\""));
+  if (!(film.hand_over >= FiniteFilm::least_thickness * film.clearance * (1 - 1e-9)))
+    throw ModelError(
+        fmt::format("lubricants.{}.hand_over", oil.name),
+        fmt::format("is {:.4g} m; film = \"finite\" needs at least clearance/1000, {:.4g} m in {}",
+                    film.hand_over, FiniteFilm::least_thickness * film.clearance, facts.name));
+  film.finite = finite_film(length);
+  return film;
 }
 
 template Film::Force<double> Film::force(const double&, const double&, const double&) const;

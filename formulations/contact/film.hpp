@@ -20,21 +20,25 @@
 //     cavitated     the integral of the positive part of p, which is one interval that ends at the
 //                   widest gap
 //
+// Finite length: Reynolds' equation over the length L, as ratios to the short bearing (finite_film.hpp).
+//
 // Sources: Ocvirk, NACA TN 2808 (1952); Sommerfeld, Z. Math. Phys. 50 (1904) 97; Gümbel, Mbl.
 // Berlin. Bez. VDI (1914); Booker, J. Basic Eng. 87 (1965) 537, for w. The formulas are derived
 // here and tested against quadrature of the pressure.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <type_traits>
 
 #include "dynamics/evaluation.hpp"
+#include "formulations/contact/finite_film.hpp"
 #include "numerics/dual.hpp"
 
 namespace freeplay {
 
 struct Film {
-  enum class Kind { short_bearing, long_bearing };
+  using Kind = Lubricant::Film;
   Kind kind = Kind::short_bearing;
   bool cavitated = true;
   double viscosity = 0;  ///< μ, Pa s
@@ -42,6 +46,7 @@ struct Film {
   double radius = 0;     ///< R, m
   double clearance = 0;  ///< c, m
   double hand_over = 0;  ///< m, film thickness below which dry contact takes over gradually
+  std::shared_ptr<const FiniteFilm> finite = {};  ///< of finite length
 
   template <class T>
   struct Force {
@@ -112,18 +117,7 @@ inline std::optional<FilmSlopes> film_slopes(const Film& film, const double* v, 
   return film_action(film, y[0], y[1], y[2], y[3]);
 }
 
-/// The film of a contact that has a lubricant.
-inline std::optional<Film> make_film(const ContactFacts& facts) {
-  if (!facts.lubricant) return std::nullopt;
-  const auto& oil = *facts.lubricant;
-  return Film{
-      oil.film == Lubricant::Film::short_bearing ? Film::Kind::short_bearing : Film::Kind::long_bearing,
-      oil.cavitation == Lubricant::Cavitation::half_sommerfeld,
-      oil.viscosity,
-      *facts.bearing_length,
-      facts.radius_bearing,
-      facts.clearance,
-      oil.hand_over.value_or(0.01 * facts.clearance)};
-}
+/// The film of a contact that has a lubricant. Throws ModelError outside the range of finite films.
+std::optional<Film> make_film(const ContactFacts& facts);
 
 }  // namespace freeplay

@@ -6,7 +6,7 @@ namespace freeplay {
 
 nlohmann::json film_json(const std::string& joint, const Film& film, const SteadyFilm* running) {
   nlohmann::json document = {{"joint", joint},
-                             {"film", film.kind == Film::Kind::short_bearing ? "short" : "long"},
+                             {"film", text_of(film.kind)},
                              {"cavitation", film.cavitated ? "half-sommerfeld" : "none"},
                              {"viscosity_Pa_s", film.viscosity},
                              {"bearing_length_m", film.length},

@@ -185,6 +185,18 @@ void reduction_errors(const Mechanism& m, const State& start) {
     fmt::print("  {:>14.6g} {:>14.6g} {:>12.2g}\n", all[i].reduced, all[i].full, all[i].error());
 }
 
+/// Prints the film of a joint, and whether its bearing has a length for which the film is accurate.
+void film_range(const ContactFacts& facts) {
+  if (!facts.lubricant) return;
+  constexpr double longest_short = 0.5, shortest_long = 2;  // L/D
+  const auto kind = facts.lubricant->film;
+  const double length = *facts.bearing_length / (2 * facts.radius_bearing);
+  const bool outside = (kind == Lubricant::Film::short_bearing && length > longest_short * (1 + 1e-9)) ||
+                       (kind == Lubricant::Film::long_bearing && length < shortest_long * (1 - 1e-9));
+  fmt::print("    film: {}, L/D = {:.4g}{}\n", text_of(kind), length,
+             outside ? ", overestimates the load; use \"finite\"" : "");
+}
+
 void draw_pose(const Scene& scene, const State& start, const std::string& output, double magnify) {
   const auto folder = result_folder(output, output);
   ResultSet set(folder, "check");
@@ -276,6 +288,7 @@ int check(const CheckRequest& request) {
     if (const auto e = facts.surface.slow_restitution())
       fmt::print("    restitution: input {:.4g}{}\n", *e,
                  facts.surface.restitution_by_speed() ? " at low approach speeds" : "");
+    film_range(facts);
   }
   if (system.reported() > 0) fmt::print("  which contact law: docs/how-to/contact-law.md\n");
   int available = 0;

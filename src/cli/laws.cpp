@@ -55,7 +55,7 @@ Film film_of(const Scene& scene, const std::string& joint) {
 
 void say_bearing(const std::string& joint, const Film& film) {
   fmt::print("{}: {} bearing, {}, L/D = {:.4g}, R/c = {:.5g}, {:.4g} Pa s\n\n", joint,
-             film.kind == Film::Kind::short_bearing ? "short" : "long",
+             film.kind == Film::Kind::finite_length ? "finite-length" : text_of(film.kind),
              film.cavitated ? "half-Sommerfeld film" : "full film", film.length / (2 * film.radius),
              film.radius / film.clearance, film.viscosity);
   // Ocvirk's approximation neglects the pressure flow around the journal.
@@ -63,7 +63,7 @@ void say_bearing(const std::string& joint, const Film& film) {
   if (film.kind == Film::Kind::short_bearing && film.length / (2 * film.radius) > longest * (1 + 1e-9))
     fmt::print(
         "The short-bearing film is accurate for L/D up to 0.5; beyond, it overestimates\nthe load that the "
-        "film carries, so the eccentricity is underestimated.\n\n");
+        "film carries, so the eccentricity is underestimated. Use\nfilm = \"finite\".\n\n");
 }
 
 std::string threshold(const SteadyFilm& s, const char* unit) {
@@ -166,15 +166,18 @@ struct LawsRequest : Request {
 
 /// Prints what each law makes of one free impact.
 void print_impacts(const LawCurves& curves, const ImpactSetting& setting) {
-  fmt::print("Free impact of {:.4g} kg at {:.4g} m/s in contact {}, input restitution {:.4g}\n\n"
-             "{:<22}{:>10}{:>11}{:>12}{:>10}\n",
-             setting.mass, setting.speed, curves.contact, curves.restitution, "law", "force, N", "depth, m",
-             "duration, s", "delivers");
+  fmt::print(
+      "Free impact of {:.4g} kg at {:.4g} m/s in contact {}, input restitution {:.4g}\n\n"
+      "{:<22}{:>10}{:>11}{:>12}{:>10}\n",
+      setting.mass, setting.speed, curves.contact, curves.restitution, "law", "force, N", "depth, m",
+      "duration, s", "delivers");
   for (const auto& r : curves.results)
     fmt::print("{:<22}{:>10.4g}{:>11.3e}{:>12.3e}{:>10.4f}{}\n", r.law, r.force, r.depth, r.duration,
                r.restitution, r.outside ? "  outside" : "");
-  fmt::print("\nForce and depth are the greatest; outside: beyond the range of the law, see\n`freeplay laws`. {}\n\n",
-             choice_page);
+  fmt::print(
+      "\nForce and depth are the greatest; outside: beyond the range of the law, "
+      "see\n`freeplay laws`. {}\n\n",
+      choice_page);
 }
 
 /// Writes impact_loops.csv, delivered.csv, friction.csv and laws.json.

@@ -42,9 +42,10 @@ struct Surface {
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
     k.take({"poisson", "", "Poisson's ratio, 0 to 0.5; goes with young"}, s.poisson, zero_to_half);
-    k.pairs({"restitution_table", "m/s, –",
-             "[[approach speed, restitution], ...] in place of restitution: linear between, constant outside"},
-            s.restitution_table);
+    k.pairs(
+        {"restitution_table", "m/s, –",
+         "[[approach speed, restitution], ...] in place of restitution: linear between, constant outside"},
+        s.restitution_table);
     const bool listed = !s.restitution_table.empty();
     k.check(s.restitution_table.size() != 1, "restitution_table", "must have two points or more, has 1");
     for (const auto& [speed, e] : s.restitution_table) {
@@ -114,7 +115,7 @@ inline double Surface::restitution_slope(double approach) const {
 /// A lubricant that fills a clearance.
 struct Lubricant {
   /// Solution of Reynolds' equation.
-  enum class Film { short_bearing, long_bearing };
+  enum class Film { short_bearing, long_bearing, finite_length };
   /// Treatment of negative film pressures.
   enum class Cavitation { half_sommerfeld, none };
   static constexpr std::string_view what = "a lubricant";
@@ -140,7 +141,8 @@ struct Lubricant {
 
 inline constexpr auto film_names =
     complete<Lubricant::Film>({{Lubricant::Film::short_bearing, "short", "Ocvirk"},
-                               {Lubricant::Film::long_bearing, "long", "Sommerfeld"}});
+                               {Lubricant::Film::long_bearing, "long", "Sommerfeld"},
+                               {Lubricant::Film::finite_length, "finite", "L/D from 0.05 to 4"}});
 inline constexpr auto cavitation_names = complete<Lubricant::Cavitation>(
     {{Lubricant::Cavitation::half_sommerfeld, "half-sommerfeld", "no tension in the film"},
      {Lubricant::Cavitation::none, "none", "full film"}});

@@ -73,6 +73,7 @@ struct Dual {
   friend Dual pow(const Dual& x, double p) {
     return x.chain(std::pow(x.value, p), p * std::pow(x.value, p - 1));
   }
+  friend Dual log(const Dual& x) { return x.chain(std::log(x.value), 1 / x.value); }
   friend Dual tanh(const Dual& x) {
     const double y = std::tanh(x.value);
     return x.chain(y, 1 - y * y);

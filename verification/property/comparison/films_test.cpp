@@ -37,6 +37,7 @@ TEST_CASE("films of any thickness and kind: every scheme finishes with the same 
        {"joints.gudgeon.clearance=5e-6"},
        {"lubricants.oil.film=\"long\"", "lubricants.oil.cavitation=\"none\""},
        {"lubricants.oil.film=\"long\""},
+       {"lubricants.oil.film=\"finite\""},
        {"lubricants.oil.cavitation=\"none\""},
        {"lubricants.oil.hand_over=1e-4"}}));
   const double c = keys[0].starts_with("joints") ? 5e-6 : 0.25e-3;
