@@ -71,7 +71,7 @@ int calibrate_quantities(const Study& study, const std::filesystem::path& folder
   const auto& c = *study.calibration;
   Progress progress;
   const auto f = fit_quantities(
-      study, stop, [&](int runs) { progress.show(fmt::format("{} runs with derivatives", runs), 0); });
+      study, stop, [&](int runs) { progress.show(fmt::format("{} runs with derivatives", runs)); });
   progress.clear();
   make_folder(folder);
   const FolderLock lock(folder, "calibrate");

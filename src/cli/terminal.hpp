@@ -1,4 +1,4 @@
-// Terminal: guard of standard output and error, wrapped text, progress line. Printed names and titles
+// Terminal: guard of standard output and error, wrapped text, progress. Printed names and titles
 // may be of unknown origin, so all output passes through a guard that escapes control characters and
 // direction marks, except line ends and tabs.
 #pragma once
@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -41,17 +44,40 @@ inline std::string wrapped(std::string_view text, std::size_t indent = 2) {
   return out;
 }
 
-// Progress line on a terminal. Prints nothing if stderr is not a terminal.
+// Progress: a line that is redrawn on a terminal; into a pipe or a file, lines of their own.
 
-/// Shows a label and a percentage, and redraws the line when they change.
+/// When a line is due in a pipe: a pause after the beginning, and after each line.
+class LinePace {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds pause{60};
+
+  explicit LinePace(Clock::time_point begin = Clock::now()) : last_(begin) {}
+  bool due(Clock::time_point now = Clock::now()) {
+    if (now - last_ < pause) return false;
+    last_ = now;
+    return true;
+  }
+
+ private:
+  Clock::time_point last_;
+};
+
+/// A label and a percentage, on stderr. A terminal's line is redrawn when they change; otherwise at most one
+/// line a minute is written, so a short command writes none.
 class Progress {
  public:
-  void show(const std::string& what, double done) {
-    const int percent = static_cast<int>(100 * done);
-    if (!terminal_ || (what == what_ && percent == percent_)) return;
+  /// `done`: completed fraction, if it is known.
+  void show(const std::string& what, std::optional<double> done = {}) {
+    const auto percent = done ? fmt::format("{} %", static_cast<int>(100 * *done)) : "";
+    if (!terminal_) {
+      if (pace_.due()) fmt::print(stderr, "{}{}{}\n", what, percent.empty() ? "" : ": ", percent);
+      return;
+    }
+    if (what == what_ && percent == percent_) return;
     what_ = what;
     percent_ = percent;
-    redraw(fmt::format("\r{:<12} {:>3} %", visible(what), percent));
+    redraw(fmt::format("\r{:<12} {:>5}", visible(what), percent));
   }
   /// A function that shows the progress of a study's runs after a label.
   auto of_runs(const std::string& label = "") {
@@ -66,8 +92,8 @@ class Progress {
 
  private:
   const bool terminal_ = isatty(2);
-  std::string what_;
-  int percent_ = -1;
+  LinePace pace_;
+  std::string what_, percent_;
 };
 
 }  // namespace freeplay::cli

@@ -6,6 +6,25 @@
 using namespace freeplay;
 using test::lines_of, test::width;
 
+TEST_CASE("progress in a pipe is at most one line a minute, the first after a minute", "[layout][progress]") {
+  using namespace std::chrono_literals;
+  const cli::LinePace::Clock::time_point begin{};
+  cli::LinePace pace(begin);
+  CHECK(!pace.due(begin));
+  CHECK(!pace.due(begin + 59s));
+  CHECK(pace.due(begin + 60s));
+  CHECK(!pace.due(begin + 60s));
+  CHECK(!pace.due(begin + 119s));
+  // The pause counts from the last line, so that a slow command does not write two lines in a row.
+  CHECK(pace.due(begin + 200s));
+  CHECK(!pace.due(begin + 259s));
+  CHECK(pace.due(begin + 260s));
+  cli::LinePace hour(begin);
+  int lines = 0;
+  for (auto t = begin; t < begin + 1h; t += 1s) lines += hour.due(t);
+  CHECK(lines == 59);
+}
+
 TEST_CASE("lines are broken at the last space before column 80 without loss", "[layout]") {
   std::mt19937 random(5);
   std::uniform_int_distribution<int> length(1, 14), letter('a', 'z');
