@@ -241,7 +241,14 @@ class System {
     over(std::get<std::vector<SlideRow>>(rows_.kinds));
     over(std::get<std::vector<AngleRow>>(rows_.kinds));
     over(std::get<std::vector<SpeedRow>>(rows_.kinds));
-    if (!rows_.rare) return;
+    if (rows_.rare) each_rare_row(f);
+  }
+  /// A function of its own, so that kinds that a mechanism does not have leave the inlining of the others alone.
+  template <class F>
+  [[gnu::noinline]] void each_rare_row(F& f) const {
+    const auto over = [&f](const auto& list) {
+      for (const auto& row : list) f(row);
+    };
     over(std::get<std::vector<MotionRow>>(rows_.kinds));
     over(std::get<std::vector<RatioRow>>(rows_.kinds));
     over(std::get<std::vector<MeshRow<InvoluteMesh>>>(rows_.kinds));
