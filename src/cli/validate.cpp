@@ -43,7 +43,16 @@ std::string table(const Validation& v) {
         [&](const Agreement& a) { return unit * a.properties[name].difference.limit; });
   };
   property("difference of mean revolutions (m/s² rms)", Agreement::waveform);
-  property("difference of the mean signal (m/s²)", Agreement::offset);
+  row("offset of the measured signal (m/s²)", v.offset_removed ? none : v.offset.value,
+      [](const Agreement& a) { return a.shift; });
+  row("  its standard error", v.offset_removed ? none : v.offset.error,
+      [](const Agreement& a) { return a.properties[Agreement::offset].difference.expected; });
+  row("  explained by uncertainty and scatter", v.offset_removed ? none : v.offset.limit,
+      [](const Agreement& a) { return a.properties[Agreement::offset].difference.limit; });
+  if (v.offset_removed) {
+    row("offset removed, a fitted value (m/s²)", v.offset.value, [&](const Agreement&) { return none; });
+    row("  its standard error", v.offset.error, [&](const Agreement&) { return none; });
+  }
   property("difference of peaks (%)", Agreement::peaks, 100);
   property("difference of peak angles (°)", Agreement::peak_angles, 180 / std::numbers::pi);
   property("difference of spectra (m/s² rms)", Agreement::spectrum);
@@ -84,10 +93,18 @@ int validate_data(const ValidateRequest& request) {
   Progress progress;
   const ValidateSetup setup{
       .revolutions = request.revolutions,
+      .remove_offset = request.remove_offset,
       .on_progress = [&](const std::string& what, double done) { progress.show(what, done); }};
   const auto v = freeplay::validate(request.scene, request.overrides, request.data, setup, with);
   progress.clear();
   if (request.stop()) return interrupted(Kept::nothing);
+  if (v.offset.beyond() && !v.offset_removed)
+    fmt::print(stderr, "{}",
+               wrapped(fmt::format("warning: the measured signal has a constant offset of {:.3g} m/s² from the "
+                                   "ideal mechanism's mean, beyond its uncertainty (standard error {:.2g}); "
+                                   "--remove-offset subtracts it\n",
+                                   v.offset.value, v.offset.error),
+                       9));
   if (!v.plausibility.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.plausibility + "\n", 10));
   fmt::print(
       "{} revolutions of {} at {:.4g} Hz; greatest ideal acceleration {:.4g} m/s²\n"
@@ -139,6 +156,10 @@ void validate_verb(Program& program) {
   options.set(request.overrides, "override a key of the scene, KEY=VALUE; may be repeated").needs(data);
   options.output(request.output, "result folder; default out/NAME-validation, of a study out/NAME");
   options.flag("--as-given", request.as_given, "use the input restitution in the impact law, unmatched")
+      .needs(data);
+  options
+      .flag("--remove-offset", request.remove_offset,
+            "subtract the constant offset of the measured signal from the ideal mechanism's mean")
       .needs(data);
   options
       .add("--revolutions", request.revolutions,

@@ -141,11 +141,18 @@ void find_differences(const Features& measured, const Features& model, bool datu
   };
   if (a.sign < 0 && a.sign_decided)
     a.findings.emplace_back("the sign of the measured curve is opposite to the model's");
+  const auto& mean = p[Agreement::offset];
   const auto offset =
-      fmt::format("the measured signal has a constant offset of {:.3g} m/s² from the model's", a.shift);
-  if (p[Agreement::offset].differs())
+      fmt::format("the measured signal has a constant offset of {:.3g} m/s² from the model's{}", a.shift,
+                  std::isfinite(mean.difference.expected)
+                      ? fmt::format(" (standard error {:.2g})", mean.difference.expected)
+                      : "");
+  if (mean.differs())
     a.findings.push_back(offset);
-  else if (const auto& d = p[Agreement::offset]; d.difference.size > d.least)
+  else if (a.small_offset())
+    a.remarks.push_back(fmt::format("{}, beyond its uncertainty; below {:g} % of the signal it is not judged",
+                                    offset, 100 * least_amplitude));
+  else if (mean.difference.size > mean.least)
     a.remarks.push_back(offset + ", within the uncertainty");
   a.faulty_signal = !a.findings.empty();
   if (const auto& d = p[Agreement::waveform]; d.differs()) {
@@ -250,6 +257,16 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
   a.verdict = !a.findings.empty()      ? Agreement::Verdict::differs
               : limit < a.rms_measured ? Agreement::Verdict::agrees  // false for NaN
                                        : Agreement::Verdict::undecided;
+}
+
+SignalOffset offset_from(double mean, const TurnMetrics& measured, double uncertainty) {
+  Samples means;
+  for (const auto& turn : measured.turns) means.push_back({turn[0].real()});
+  // Two equal members: a mean without scatter.
+  const auto d = difference_of_means(means, {{mean}, {mean}}, uncertainty, property_error);
+  const bool known = means.size() > 1 || uncertainty > 0;
+  const double rounding = offset_rounding * measured.value[TurnMetrics::rms];
+  return {mean_of(means)[0] - mean, known ? d.expected : NAN, known ? std::max(d.limit, rounding) : NAN};
 }
 
 double unsteadiness(const TurnMetrics& turns, double uncertainty) {

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,9 @@ inline constexpr double property_error = 0.01;
 /// rms), degrees for phases and peak angles.
 inline constexpr double least_amplitude = 0.02, least_angle = 1;
 
+/// Offsets below this share of the signal's rms are rounding.
+inline constexpr double offset_rounding = 1e-6;
+
 /// Comparison of one formulation with the measurement. Differences that are beyond doubt are
 /// reported, not corrected: a reversed, shifted or scaled curve is not changed. Only if the file gives
 /// times, and thus no datum of the crank angle, is the computed curve moved by the best-fitting
@@ -78,6 +82,11 @@ struct Agreement {
   std::array<Property, count> properties;
 
   double shift = 0;           ///< m/s², mean of the measured signal less that of the computed one
+  /// An offset beyond its uncertainty that is too small, against the signal, to be judged.
+  bool small_offset() const {
+    const auto& p = properties[offset];
+    return !p.differs() && p.difference.size > std::max(p.difference.limit, offset_rounding * rms_measured);
+  }
   double peak_ratio = 0;      ///< median peak of a turn, computed over measured
   double greatest_ratio = 0;  ///< greatest peak, computed over measured; not judged
   double rms_measured = 0;    ///< m/s², of the measured mean turn without its mean
@@ -100,6 +109,16 @@ struct Agreement {
   int starts = 1;     ///< number of starts that were run, until one did not differ
   std::string power;  ///< which wrong clearances the same test finds, or why it decides nothing
 };
+
+/// Constant offset of a measured signal from a given mean, estimated from its revolutions.
+struct SignalOffset {
+  double value = 0;            ///< m/s²
+  double error = NAN;          ///< m/s², standard: scatter of the revolutions and uncertainty of the file
+  double limit = NAN;          ///< m/s², exceeded with the probability property_error without an offset
+  bool beyond() const { return std::abs(value) > limit; }
+};
+/// `mean`: m/s², of the computed signal, without error. `uncertainty`: as for assess().
+SignalOffset offset_from(double mean, const TurnMetrics& measured, double uncertainty);
 
 /// Compares the turns of a run with those of a measurement; sets the members of `a` that depend on
 /// the signals. `datum`: the file gives angles. `uncertainty`: m/s², standard deviation, assumed

@@ -131,10 +131,26 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   rules.crank_start = measured.start_angle * std::numbers::pi / 180;
   rules.joint = -1;
   rules.ideal_maximum = v.ideal_maximum;
-  TurnMeter meter(rules);
-  for (std::size_t i = 0; i < measured.acceleration.size(); ++i)
-    meter.acceleration(measured.time[i], measured.acceleration[i]);
-  v.measured = meter.finish(measured.time.back(), std::nan(""));
+  const auto metered = [&](double offset) {
+    TurnMeter meter(rules);
+    for (std::size_t i = 0; i < measured.acceleration.size(); ++i)
+      meter.acceleration(measured.time[i], measured.acceleration[i] - offset);
+    return meter.finish(measured.time.back(), std::nan(""));
+  };
+  v.measured = metered(0);
+  if (!ideal.turns.empty())
+    v.offset = offset_from(ideal.turns.front()[0].real(), v.measured, v.uncertainty);
+  if (setup.remove_offset) {
+    if (ideal.turns.empty())
+      throw SceneError(fmt::format("{}: --remove-offset needs a whole revolution of the ideal mechanism",
+                                   file.string()));
+    v.offset_removed = true;
+    v.measured = metered(v.offset.value);
+    v.remarks.push_back(
+        fmt::format("a constant offset of {:.3g} m/s² was removed from the measured signal; it is fitted to "
+                    "the mean of the ideal mechanism, so agreement of the mean is no evidence",
+                    v.offset.value));
+  }
   v.plausibility = unit_plausibility(v.measured, ideal);
   v.quiet = quiet_stretch(v.measured.mean_turn, v.ideal_maximum);
   v.stated = study.length.revolutions;
@@ -208,7 +224,8 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     const auto& wave = a.properties[Agreement::waveform].difference;
     const bool finished = a.ending.status == Ending::Status::finished;
     models.push_back({a.formulation, finished ? a.verdict : Agreement::Verdict::stopped, a.findings,
-                      a.faulty_signal, wave.size, wave.limit, a.rms_measured, a.power});
+                      a.faulty_signal, wave.size, wave.limit, a.rms_measured, a.power,
+                      finished && a.small_offset() ? a.shift : 0});
   }
   v.conclusion = verdict(models);
   return v;
@@ -253,6 +270,8 @@ nlohmann::json to_json(const Validation& v, const std::string& data, bool matche
                              {"peak_ratio_greatest", a.greatest_ratio},
                              {"rms_measured_m_per_s2", a.rms_measured},
                              {"offset_m_per_s2", a.shift},
+                             {"offset_standard_error_m_per_s2",
+                              a.properties[Agreement::offset].difference.expected},
                              {"properties", properties(a)},
                              {"remarks", a.remarks},
                              {"power", a.power},
@@ -266,6 +285,12 @@ nlohmann::json to_json(const Validation& v, const std::string& data, bool matche
            {{"sampling_Hz", v.sampling},
             {"turns", v.measured.peaks.size()},
             {"uncertainty_m_per_s2", v.uncertainty},
+            {"offset",
+             {{"value_m_per_s2", v.offset.value},
+              {"standard_error_m_per_s2", v.offset.error},
+              {"limit_m_per_s2", v.offset.limit},
+              {"beyond_uncertainty", v.offset.beyond()},
+              {"removed", v.offset_removed}}},
             {"peak_median_m_per_s2", v.measured.value[TurnMetrics::peak_median]},
             {"peak_greatest_m_per_s2", v.measured.value[TurnMetrics::peak_max]},
             {"quiet_from_deg", v.quiet.from},

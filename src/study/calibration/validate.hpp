@@ -42,7 +42,11 @@ void assess_power(const std::vector<ClearanceTrial>& trials, Agreement& a);
 struct Validation {
   double ideal_maximum = 0;
   double sampling = 0, uncertainty = 0;  ///< of the file
-  TurnMetrics measured;
+  TurnMetrics measured;  ///< without the removed offset
+  /// Offset of the measured signal from the mean of the ideal mechanism's: a mean acceleration does not
+  /// depend on clearance if the velocity repeats with each revolution.
+  SignalOffset offset;
+  bool offset_removed = false;
   Quiet quiet;  ///< of the measurement
   /// Revolutions of the models: compared, discarded before, and of the scene's own run.
   double revolutions = 0, discarded = 0, stated = 0;
@@ -58,6 +62,8 @@ struct ValidateSetup {
   /// Compared revolutions of the models; 0: as many as the file has, from 20 to 200, and at least those
   /// of the scene, so that the scatter of the models does not limit the comparison.
   double revolutions = 0;
+  /// Subtract the offset from the measured signal, in place of judging it.
+  bool remove_offset = false;
   std::function<void(const std::string&, double)> on_progress = {};  ///< what is run, completed fraction
 };
 

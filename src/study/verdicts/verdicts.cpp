@@ -282,6 +282,11 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
   if (!open.empty())
     add("whether " + listed(open) +
         " agrees is unknown, since the file has one revolution and no column uncertainty");
+  for (const auto& m : models)
+    if (m.offset != 0 && m.outcome != Outcome::differs)
+      add(fmt::format("the measured signal has a constant offset of {:.3g} m/s² from {}, which is beyond its "
+                      "uncertainty and not judged (--remove-offset)",
+                      m.offset, m.formulation));
   if (faulty)
     add("correct the measured signal first");
   else if (differs)

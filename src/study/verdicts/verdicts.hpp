@@ -92,6 +92,8 @@ struct SignalAgreement {
   double difference = NAN, limit = NAN;  ///< m/s², of the mean revolutions; explained by the errors
   double signal = NAN;                   ///< m/s², rms of the measured mean revolution
   std::string power;                     ///< which wrong clearances the same test finds
+  /// m/s², of the measured signal: beyond its uncertainty, too small to be judged; 0: none.
+  double offset = 0;
 };
 std::string verdict(const std::vector<SignalAgreement>& models);
 

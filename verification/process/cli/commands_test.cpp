@@ -48,6 +48,44 @@ TEST_CASE("validate accepts a run against itself and detects a different clearan
   CHECK(std::filesystem::file_size(folder.path() / "same/figures/overlay.png") > 10000);
 }
 
+TEST_CASE("validate reports a constant offset of the measured signal and removes it on request", "[study]") {
+  test::TemporaryFolder folder;
+  const auto scene = case_file("guide.toml"), place = folder.path().string();
+  const std::string turns = " --set run.revolutions=6 --set run.discard=1";
+  test::succeeded("run " + scene + turns + " --formulation nonsmooth -o " + place + "/run");
+  const auto write = [&](double offset) {
+    std::string csv = "t,acceleration,uncertainty\n";
+    for (const auto& [t, angle, value] : accelerations(folder.path() / "run"))
+      csv += fmt::format("{},{},0.1\n", t, value + offset);
+    write_file(folder.path() / "measured.csv", csv);
+  };
+  const auto validation = [&](const std::string& option) {
+    const auto out = test::succeeded("validate " + scene + " --revolutions 6 --data " + place +
+                                     "/measured.csv -o " + place + "/v" + turns + option);
+    return std::pair(out, test::read_json(folder.path() / "v/validation.json"));
+  };
+  write(0);
+  const double without = validation("").second["measured"]["offset"]["value_m_per_s2"];
+  write(10);
+  const auto [said, found] = validation("");
+  const auto& offset = found["measured"]["offset"];
+  // Exactly 10 more than without, and 10 is 100 uncertainties.
+  CHECK(offset["value_m_per_s2"].get<double>() == Approx(without + 10).epsilon(1e-6));
+  CHECK(offset["beyond_uncertainty"] == true);
+  CHECK(offset["removed"] == false);
+  CHECK_THAT(said.err, Contains("constant offset") && Contains("--remove-offset"));
+  CHECK_THAT(said.out, Contains("offset of the measured signal"));
+  const auto [same, removed] = validation(" --remove-offset");
+  CHECK(removed["measured"]["offset"]["removed"] == true);
+  CHECK(removed["measured"]["offset"]["value_m_per_s2"].get<double>() == Approx(without + 10).epsilon(1e-6));
+  CHECK_THAT(same.out, Contains("offset removed, a fitted value") && Contains("no evidence"));
+  // The mean over 6 turns of 0.3 s is a change of the slider's speed, at one crank angle, of below 1 m/s: at
+  // most 0.6 m/s² of each, model and file.
+  for (const auto* model : {"penalty", "nonsmooth"})
+    CHECK(std::abs(removed["models"][model]["offset_m_per_s2"].get<double>()) < 1.2);
+  test::refused("validate " + scene + " --remove-offset", Contains("--remove-offset requires --data"));
+}
+
 TEST_CASE("figures use the crank's angle and contain the plotted values") {
   for (const char* speed : {"200", "-200"}) {
     CAPTURE(speed);

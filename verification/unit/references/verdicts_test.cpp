@@ -113,6 +113,43 @@ TEST_CASE("a constant offset of the measured signal is named apart from the wave
   CHECK_THAT(unsure.remarks[0], Contains("constant offset of 0.5 m/s²") && Contains("within"));
 }
 
+TEST_CASE("an offset below the judged size is named if it is beyond its uncertainty", "[chain][validate]") {
+  // 0.2 is below 2 % of the rms of 14.4, and beyond the limit of 2.576 * 0.05.
+  const auto offset = [](double phi) { return curve(phi) + 0.2; };
+  REQUIRE(0.2 < 0.02 * rms);
+  const auto small = assessed(0.05, true, offset, 0), within = assessed(0.1, true, offset, 0);
+  CHECK(small.small_offset());
+  CHECK(small.verdict == Agreement::Verdict::agrees);
+  REQUIRE(small.remarks.size() == 1);
+  CHECK_THAT(small.remarks[0],
+             Contains("constant offset of 0.2 m/s²") && Contains("error 0.05") && Contains("not judged"));
+  CHECK(!within.small_offset());
+  CHECK(within.remarks.empty());
+  // Rounding is no offset, although a signal without scatter has no error.
+  CHECK(!assessed(0, true, curve, 0).small_offset());
+}
+
+TEST_CASE("a constant offset has the standard error of the mean of revolutions", "[chain][validate]") {
+  // Revolutions whose means are 10 ± 0.3, alternating: of n = 20, 0.3/√19, since Σ r² = n 0.09 and
+  // their autocorrelation, negative in the first pair of lags, does not lengthen the error.
+  const auto signal = [](double phi) {
+    return curve(phi) + 10 + (static_cast<int>(phi / (2 * pi) + 1e-9) % 2 ? 0.3 : -0.3);
+  };
+  const auto measured = turns(60, 0, signal, 20);
+  const auto alone = offset_from(0, measured, 0), known = offset_from(4, measured, 0.5);
+  CHECK(alone.value == Approx(10).epsilon(1e-9));
+  CHECK(alone.error == Approx(0.3 / std::sqrt(19)).epsilon(1e-6));
+  CHECK(alone.beyond());
+  CHECK(known.value == Approx(6).epsilon(1e-9));
+  CHECK(known.error == Approx(std::hypot(0.5, 0.3 / std::sqrt(19))).epsilon(1e-6));
+  CHECK(known.beyond());
+  CHECK(!offset_from(9.5, measured, 0.5).beyond());  // 0.5 against 2.576 * 0.5
+  // One revolution without uncertainty decides nothing.
+  const auto one = offset_from(0, turns(60, 0, signal, 1), 0);
+  CHECK(std::isnan(one.error));
+  CHECK(!one.beyond());
+}
+
 TEST_CASE("the uncertainty of a measured file decides whether a difference is significant",
           "[chain][validate]") {
   // A gain of 1.04 is beyond an uncertainty of 1 % of the curve (4 % > 2.576 %), and within 5 %.
