@@ -18,7 +18,7 @@ std::vector<std::string> kinds() {
 
 TEST_CASE("every new scene is commented and runs in both formulations", "[new]") {
   const test::TemporaryFolder folder;
-  REQUIRE(kinds().size() >= 5);
+  REQUIRE(kinds().size() >= 9);
   for (const auto& kind : kinds()) {
     CAPTURE(kind);
     const auto file = folder.path() / (kind + ".toml");
@@ -35,6 +35,19 @@ TEST_CASE("every new scene is commented and runs in both formulations", "[new]")
       CHECK(run.t_end == Approx(0.02));
     }
   }
+}
+
+TEST_CASE("the list of new scenes has each kind with its title, within 80 columns", "[new]") {
+  const auto lines = test::lines_of(test::succeeded("new --list").out);
+  for (const auto& kind : kinds()) {
+    CAPTURE(kind);
+    const auto scene = read_scene(test::source_folder() / "src/cli/templates" / (kind + ".toml"));
+    const auto line = std::ranges::find_if(lines, [&](const auto& l) { return l.starts_with(kind + " "); });
+    REQUIRE(line != lines.end());
+    CHECK(line->ends_with(" " + scene.mechanism.title));
+    CHECK(test::width(*line) <= 80);
+  }
+  test::refused("new", Contains("kind is required") && Contains("--list"));
 }
 
 TEST_CASE("a new scene never overwrites a file", "[new][errors]") {
