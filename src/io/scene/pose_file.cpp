@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <type_traits>
 
 #include "dynamics/assembly/joint_places.hpp"
 #include "io/files/output_file.hpp"
@@ -54,14 +55,15 @@ class PoseShapes {
     if (std::ranges::none_of(list, near)) list.push_back(at);
   }
   /// The points of an element are corners of its bodies. Exceptions: the point of a slider on the
-  /// body it slides on, and the centre of a disc. A bushing has an axis but does not slide.
+  /// body it slides on, other than a lever, and the centre of a disc. A bushing has an axis but does not slide.
   template <class X>
   void ends(const X& x, bool joint) {
     if constexpr (requires { x.between[0], x.at[0].x(); }) {
       if constexpr (requires { x.radii; } || std::is_same_v<X, RatioJoint> || std::is_same_v<X, OutlineContact>) return;
       const bool slides = requires { x.axis; }
       &&!std::is_same_v<X, Bushing>;
-      if (!slides) corner(x.between[0], x.at[0]);
+      if (!slides || (std::is_same_v<X, TranslationalJoint> && x.between[1] != ground))
+        corner(x.between[0], x.at[0]);
       if (joint || !slides) corner(x.between[1], x.at[1]);
     }
   }
@@ -168,6 +170,9 @@ class PoseShapes {
     const int holder = j.between[1] == ground ? j.between[0] : j.between[1];
     if constexpr (requires { j.axis.x(); }) {
       row("slider", j.name, holder, p, direction(j.between[0], j.axis), j.between[0]);
+      // A lever reaches to the block that slides on it.
+      if (j.between[0] != ground && j.between[1] != ground)
+        row("line", j.name, j.between[0], end_place(joint, 0, q_), p, j.between[1]);
     } else if constexpr (requires { j.clearance->bearing_radius; }) {
       row(j.clearance ? "loose" : "pin", j.name, j.clearance ? j.between[0] : holder,
           j.clearance ? end_place(joint, 0, q_) : p, {j.clearance ? j.clearance->bearing_radius : 0, 0});
