@@ -10,6 +10,7 @@
 
 #include "io/files/escaping.hpp"
 #include "io/scene/quantity.hpp"
+#include "io/scene/read_section.hpp"
 #include "io/scene/schema.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/run_facts.hpp"
@@ -280,6 +281,27 @@ std::string_view unit_of_instrument(const Scene& scene, std::string_view name) {
   return it == scene.instruments.end() ? "" : unit_of(it->kind);
 }
 
+/// Coordinates of revolute joints from the columns of their bodies in trajectory.csv.
+static void add_joint_columns(const Scene& scene, std::vector<Column>& all) {
+  constexpr const char* file = "trajectory.csv";
+  std::vector<std::string> bodies;
+  for (const auto& body : scene.mechanism.bodies) bodies.push_back(body.name);
+  const auto named = [&](const std::string& name) {
+    return std::ranges::any_of(all, [&](const Column& c) { return c.name == name; });
+  };
+  for (const auto& coordinate : coordinate_columns(scene, bodies)) {
+    if (named(coordinate.name)) continue;
+    Column column{coordinate.name, file, "", coordinate.unit, quantity_of_column(coordinate.name)};
+    const auto& of = coordinate.column;
+    const char* part = of.kind == StateColumn::Kind::rate ? ".omega" : ".theta";
+    for (const auto& [at, sign] : {std::pair{of.first, 1.0}, {of.second, -1.0}})
+      if (at >= 0) column.sum.emplace_back(bodies[static_cast<std::size_t>(at / 3)] + part, sign);
+    const bool complete =
+        std::ranges::all_of(column.sum, [&](const auto& term) { return named(term.first); });
+    if (complete && !column.sum.empty()) all.push_back(std::move(column));
+  }
+}
+
 struct RunColumns::Series {
   std::vector<double> t, v;
   std::string without_rows;  ///< the file, if it has only a header
@@ -297,6 +319,7 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
       if (name != "t" && name != angle_name && name != "joint" && name != "kind")
         all_.push_back(column_of(name, file));
   }
+  if (scene_) add_joint_columns(*scene_, all_);
   if (!std::filesystem::exists(folder / signal_file)) return;
   Rows rows(folder / signal_file);
   const auto channel = rows.place("channel");
@@ -327,7 +350,15 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
   Rows rows(folder_ / (own ? column.file : file));
   const auto& wanted = own ? column.channel : channel;
   const auto t = rows.place("t");
-  const auto v = !own ? t : rows.place(wanted.empty() ? column.name : "value");
+  const bool summed = !column.sum.empty();
+  const auto v = !own || summed ? t : rows.place(wanted.empty() ? column.name : "value");
+  std::vector<std::pair<decltype(rows.place("t")), double>> terms;
+  for (const auto& [term, sign] : column.sum) terms.emplace_back(rows.place(term), sign);
+  const auto total = [&] {
+    double sum = 0;
+    for (const auto& [place, sign] : terms) sum += sign * rows.maybe_number(place);
+    return sum;
+  };
   const auto name = wanted.empty() ? t : rows.place("channel");
   Series s;
   s.without_rows = (folder_ / (own ? column.file : file)).string();
@@ -338,7 +369,10 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
     if (s.t.size() == most_samples)
       throw SceneError(fmt::format("{}: has more than {} rows", (folder_ / file).string(), most_samples));
     s.t.push_back(rows.number(t));
-    s.v.push_back(column.name == angle_name ? crank(s.t.back()) : own ? rows.maybe_number(v) : s.t.back());
+    s.v.push_back(column.name == angle_name ? crank(s.t.back())
+                  : summed                  ? total()
+                  : own                     ? rows.maybe_number(v)
+                                            : s.t.back());
   }
   return s;
 }

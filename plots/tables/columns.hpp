@@ -1,6 +1,7 @@
 // Columns of a run's result files by their names: those in the headers of trajectory.csv,
-// forces.csv and events.csv, the channels of signals.csv, t, and, if a drive turns at a prescribed
-// speed, crank_angle; and expressions of them, such as hypot(pin.fx, pin.fy).
+// forces.csv and events.csv, the channels of signals.csv, JOINT.angle and JOINT.rate of revolute joints as
+// in sections (io/scene/read_section.hpp), t, and, if a drive turns at a prescribed speed, crank_angle;
+// and expressions of them, such as hypot(pin.fx, pin.fy).
 #pragma once
 
 #include <filesystem>
@@ -49,6 +50,8 @@ struct Column {
   std::string channel;  ///< channel in signals.csv
   std::string unit;
   ColumnQuantity quantity = {};
+  /// Columns of the file and their signs, of which a joint's coordinate is the sum; else empty.
+  std::vector<std::pair<std::string, double>> sum = {};
   /// The name without that of the quantity: slider for slider.x; empty for t.
   std::string element() const;
 };

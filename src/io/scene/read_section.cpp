@@ -50,37 +50,6 @@ double quantity(const std::string& text, const char* unit, const std::string& ke
   return read.value;
 }
 
-/// Columns of the bodies and the joints.
-std::vector<NamedColumn> coordinates(const Scene& scene, const Layout& layout) {
-  std::vector<NamedColumn> list;
-  struct Part {
-    const char *place, *rate;
-    const char *unit, *rate_unit;
-    bool angle;
-  };
-  constexpr Part parts[] = {{"x", "vx", "m", "m/s", false},
-                            {"y", "vy", "m", "m/s", false},
-                            {"theta", "omega", "rad", "rad/s", true}};
-  for (std::size_t b = 0; b < layout.bodies.size(); ++b)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const int at = static_cast<int>(3 * b + i);
-      list.push_back({layout.bodies[b] + "." + parts[i].place,
-                      parts[i].unit,
-                      {Kind::coordinate, at, -1, parts[i].angle}});
-      list.push_back(
-          {layout.bodies[b] + "." + parts[i].rate, parts[i].rate_unit, {Kind::rate, at, -1, false}});
-    }
-  for (const auto& joint : scene.mechanism.joints) {
-    if (!std::holds_alternative<RevoluteJoint>(joint)) continue;
-    const auto bodies = bodies_of(joint);
-    const auto angle = [&](int body) { return body == ground ? -1 : 3 * body + 2; };
-    const std::string& name = name_of(joint);
-    list.push_back({name + ".angle", "rad", {Kind::coordinate, angle(bodies[1]), angle(bodies[0]), true}});
-    list.push_back({name + ".rate", "rad/s", {Kind::rate, angle(bodies[1]), angle(bodies[0]), false}});
-  }
-  return list;
-}
-
 /// Whether a revolute joint of that name has clearance.
 bool loose_pin(const Scene& scene, const std::string& name) {
   return std::ranges::any_of(scene.mechanism.joints, [&](const Joint& joint) {
@@ -122,7 +91,7 @@ SectionRule read_touch(const std::vector<std::string>& words, const Layout& layo
 SectionRule read_crossing(const std::vector<std::string>& words, const Scene& scene, const Layout& layout,
                           const std::string& key) {
   SectionRule rule{.kind = SectionRule::Kind::crossing};
-  auto list = coordinates(scene, layout);
+  auto list = coordinate_columns(scene, layout.bodies);
   std::erase_if(list, [](const NamedColumn& c) { return c.column.kind != Kind::coordinate; });
   const auto* found = find(list, words[0]);
   if (!found)
@@ -167,6 +136,36 @@ SectionRule read_period(const std::vector<std::string>& words, std::optional<dou
 
 }  // namespace
 
+std::vector<NamedColumn> coordinate_columns(const Scene& scene, const std::vector<std::string>& bodies) {
+  std::vector<NamedColumn> list;
+  struct Part {
+    const char *place, *rate;
+    const char *unit, *rate_unit;
+    bool angle;
+  };
+  constexpr Part parts[] = {{"x", "vx", "m", "m/s", false},
+                            {"y", "vy", "m", "m/s", false},
+                            {"theta", "omega", "rad", "rad/s", true}};
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int at = static_cast<int>(3 * b + i);
+      list.push_back({bodies[b] + "." + parts[i].place,
+                      parts[i].unit,
+                      {Kind::coordinate, at, -1, parts[i].angle}});
+      list.push_back(
+          {bodies[b] + "." + parts[i].rate, parts[i].rate_unit, {Kind::rate, at, -1, false}});
+    }
+  for (const auto& joint : scene.mechanism.joints) {
+    if (!std::holds_alternative<RevoluteJoint>(joint)) continue;
+    const auto between = bodies_of(joint);
+    const auto angle = [&](int body) { return body == ground ? -1 : 3 * body + 2; };
+    const std::string& name = name_of(joint);
+    list.push_back({name + ".angle", "rad", {Kind::coordinate, angle(between[1]), angle(between[0]), true}});
+    list.push_back({name + ".rate", "rad/s", {Kind::rate, angle(between[1]), angle(between[0]), false}});
+  }
+  return list;
+}
+
 std::optional<double> drive_period(const Scene& scene) {
   const auto& m = scene.mechanism;
   if (const auto* drive = main_drive(m); drive && drive->speed != 0)
@@ -200,7 +199,7 @@ SectionRule read_section(std::string_view text, const Scene& scene, const Layout
 }
 
 std::vector<NamedColumn> all_columns(const Scene& scene, const Layout& layout, const SectionRule& rule) {
-  auto list = coordinates(scene, layout);
+  auto list = coordinate_columns(scene, layout.bodies);
   std::vector<std::string> names;
   for (std::size_t k = 0; k < layout.contacts.size(); ++k) {
     auto name = layout.contacts[k];

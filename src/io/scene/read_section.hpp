@@ -34,6 +34,9 @@ struct NamedColumn {
 /// differ.
 std::optional<double> drive_period(const Scene& scene);
 
+/// Columns of the bodies, in this order, and of the revolute joints.
+std::vector<NamedColumn> coordinate_columns(const Scene& scene, const std::vector<std::string>& bodies);
+
 /// Parses a section. Throws ModelError about `key` if the text is not a section of this scene.
 /// `period`: s, used instead of the drive's.
 SectionRule read_section(std::string_view text, const Scene& scene, const Layout& layout,

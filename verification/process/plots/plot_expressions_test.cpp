@@ -42,6 +42,28 @@ std::vector<std::pair<double, double>> rows_of(const std::filesystem::path& file
 
 }  // namespace
 
+TEST_CASE("a run has the coordinates of its joints, named as in sections", "[figures][plot]") {
+  // The pin's bodies are the ground and b: its angle is 2π t, its rate 2π.
+  test::TemporaryFolder folder;
+  write_turns(folder.path() / "run");
+  const plots::RunColumns run(folder.path() / "run");
+  const auto read = [&](const char* y) {
+    const auto& all = run.all();
+    return run.read(plots::formula_of("t", all), plots::formula_of(y, all), -INFINITY, INFINITY, {});
+  };
+  REQUIRE(run.find("p.angle"));
+  CHECK(run.find("p.angle")->unit == "rad");
+  CHECK(run.find("p.rate")->unit == "rad/s");
+  const auto angle = read("p.angle"), twice = read("p.angle + b.theta"), rate = read("p.rate");
+  REQUIRE(angle.x.size() == 81);
+  REQUIRE(twice.x.size() == 81);
+  for (std::size_t i = 0; i < angle.x.size(); ++i) {
+    CHECK(angle.y[i] == Approx(2 * std::numbers::pi * angle.x[i]));
+    CHECK(twice.y[i] == Approx(4 * std::numbers::pi * angle.x[i]));
+    CHECK(rate.y[i] == Approx(2 * std::numbers::pi));
+  }
+}
+
 TEST_CASE("freeplay plot draws expressions, folded, in the requested units", "[figures][plot]") {
   test::TemporaryFolder folder;
   const auto place = folder.path() / "run";
