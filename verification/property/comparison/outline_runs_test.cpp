@@ -84,6 +84,35 @@ TEST_CASE("a disc slides off the end of a face, around its corner, and leaves it
   }
 }
 
+TEST_CASE("a disc rolls around the end of a face, slips and leaves it", "[outline]") {
+  // Expected: by SciPy's DOP853 at 1e-13 from the angle φ around the corner. With ρ = R + r and N = m (g cos φ −
+  // ρ φ̇²), rolling obeys (m + J/R²) ρ φ̈ = m g sin φ until the friction J ρ φ̈/R² exceeds μ N; sliding obeys
+  // m ρ φ̈ = m g sin φ − μ N and J ω̇ = μ N R until N = 0.
+  const double leaves = 0.5557613777560849, x = 0.11417901629406285, y = 0.044812982115271245,
+               theta = -3.270500672594203, vx = 0.6265083699303869, omega = -7.45760227488031;
+  const auto text = "gravity = [0, -9.81]\n" +
+                    test::body("disc", 1, 0.005,
+                               "position = [-0.2, 0.12]\nvelocity = [0.5, 0]\nangle = 0\n"
+                               "angular_velocity = -5\n") +
+                    test::surface("s", 0, 0.3, "young = 2e11\npoisson = 0.3\n") +
+                    "[contacts.side]\ntype = \"outline\"\nbetween = [\"ground\", \"disc\"]\n"
+                    "points = [[-1, 0], [0, 0]]\ncorner_radius = 0.02\nradius = 0.1\nsurface = \"s\"\n" +
+                    test::run_for(0.6, "start = \"given\"\n");
+  const auto run = test::finished(test::event_driven, text);
+  const auto& end = run.final_state;
+  // tolerance 1e-8 in some tens of steps, and a slope of the force of order one at the events
+  CHECK(end.q[0] == Approx(x).margin(1e-6));
+  CHECK(end.q[1] == Approx(y).margin(1e-6));
+  CHECK(end.q[2] == Approx(theta).margin(1e-5));
+  CHECK(end.v[0] == Approx(vx).margin(1e-5));
+  CHECK(end.v[2] == Approx(omega).margin(1e-4));
+  REQUIRE_FALSE(run.events.empty());
+  CHECK(run.events.back().t == Approx(leaves).margin(1e-5));
+  const auto adaptive = test::finished(test::chosen_steps, text).final_state;
+  CHECK(adaptive.q[0] == Approx(x).margin(1e-4));
+  CHECK(adaptive.q[1] == Approx(y).margin(1e-4));
+}
+
 TEST_CASE("a disc that falls on a rounded corner bounces along the line of centres", "[outline]") {
   // The normal is tilted by α: the centre is ρ sin α beside that of the corner.
   const double R = 0.1, r = 0.05, rho = R + r, alpha = 0.4, height = 0.5, e = 0.7, after = 0.1;
