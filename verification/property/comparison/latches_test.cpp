@@ -1,4 +1,5 @@
-// Mechanisms of outlines against closed forms: a Geneva wheel, and a latch at its greatest force.
+// Mechanisms of outlines: a Geneva wheel and a latch at its greatest force against closed forms, a deadbeat
+// escapement against an independent integration.
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -94,4 +95,31 @@ TEST_CASE("a latch holds below its greatest force and slips above it", "[outline
   // The pawl rises by the slope of the ramp.
   const double rise = slipped.v[4] / slipped.v[0];
   CHECK(rise == Approx(std::tan(latch.incline)).epsilon(1e-9));
+}
+
+TEST_CASE("a deadbeat escapement moves as an independent integration says", "[outline]") {
+  // cases/escapement without restitution. Expected: the angles of both bodies by SciPy's DOP853 at 1e-11, with
+  // a constraint N a = γ for a resting pin and impacts by N M⁻¹ Nᵀ P = −N v. At 3e-13 its times change by
+  // 1e-12 s. The bound is a thousand steps of tolerance 1e-8.
+  const auto scene = read_scene(test::source_folder() / "cases/escapement/scene.toml",
+                                {"surfaces.steel.restitution=0", "run.duration=1.3"});
+  const auto run = test::finished(scene, Family::nonsmooth);
+  const std::vector<double> lands = {0.16500186770439798, 0.41772989292024054, 0.66464177918983,
+                                     0.9173570645389209, 1.1644005421294712},
+                            leaves = {0.15767993141404432, 0.410498833812579, 0.6573161850408737,
+                                      0.9101227701623379, 1.1570719293546068};
+  std::vector<double> found_lands, found_leaves;
+  for (const auto& e : run.events)
+    if (e.t > 1e-3)  // the first pin rests at the start
+      (e.kind == EventKind::separation ? found_leaves : found_lands).push_back(e.t);
+  REQUIRE(found_lands.size() == lands.size());
+  REQUIRE(found_leaves.size() == leaves.size());
+  for (std::size_t i = 0; i < lands.size(); ++i) {
+    CHECK(found_lands[i] == Approx(lands[i]).margin(1e-5));
+    CHECK(found_leaves[i] == Approx(leaves[i]).margin(1e-5));
+  }
+  const auto& end = run.final_state;
+  CHECK(end.q[2] == Approx(0.060481285616083465).margin(1e-5));
+  CHECK(end.v[2] == Approx(-0.5340454632302891).margin(1e-4));
+  CHECK(end.q[5] == Approx(-0.46322817536341276).margin(1e-5));
 }

@@ -85,9 +85,9 @@ TEST_CASE("a disc slides off the end of a face, around its corner, and leaves it
 }
 
 TEST_CASE("a disc rolls around the end of a face, slips and leaves it", "[outline]") {
-  // Expected: by SciPy's DOP853 at 1e-13 from the angle φ around the corner. With ρ = R + r and N = m (g cos φ −
-  // ρ φ̇²), rolling obeys (m + J/R²) ρ φ̈ = m g sin φ until the friction J ρ φ̈/R² exceeds μ N; sliding obeys
-  // m ρ φ̈ = m g sin φ − μ N and J ω̇ = μ N R until N = 0.
+  // Expected: by SciPy's DOP853 at 1e-13. With the angle φ around the corner, ρ = R + r and
+  // N = m (g cos φ − ρ φ̇²), rolling obeys (m + J/R²) ρ φ̈ = m g sin φ until the friction J ρ φ̈/R² exceeds
+  // μ N; then sliding obeys m ρ φ̈ = m g sin φ − μ N and J ω̇ = μ N R until N = 0.
   const double leaves = 0.5557613777560849, x = 0.11417901629406285, y = 0.044812982115271245,
                theta = -3.270500672594203, vx = 0.6265083699303869, omega = -7.45760227488031;
   const auto text = "gravity = [0, -9.81]\n" +
