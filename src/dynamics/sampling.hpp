@@ -18,7 +18,7 @@ inline bool is_due(double instant, double t) { return instant <= t * (1 + one_in
 /// continuous in time.
 void refuse_sampling(const System& system, std::string_view why);
 inline constexpr std::string_view no_derivatives =
-    "the motion under a sampled controller has no derivatives here: its output changes at instants only; omit "
-    "the key for the continuous law";
+    "the motion under a sampled controller has no derivatives here: its output changes at instants only; "
+    "omit the key for the continuous law";
 
 }  // namespace freeplay

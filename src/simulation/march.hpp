@@ -239,8 +239,8 @@ class March {
     ending_ = std::move(ending);
     return false;
   }
-  /// Where steps have to end, or at the beginning: takes the samples that are due. Returns false at the end of
-  /// the run, whose samples belong to the next run.
+  /// Where steps have to end, or at the beginning: takes the samples that are due. Returns false at the end
+  /// of the run, whose samples belong to the next run.
   bool take_samples() {
     const double t = stepper_.t();
     if (!(t < t_end_)) return false;

@@ -1,11 +1,12 @@
-// Sampled PID control of an inertia, solved by hand (Åström and Wittenmark, Computer-Controlled Systems, 3rd
-// ed., 1997, secs. 3.2 and 8.5). Between two instants the torque on the inertia is constant, or follows a step
-// with a first-order lag, so that its motion is a closed form. All in long double; no solver of the program is
-// included. Units: rad, s, N m, kg m².
+// Sampled PID control of an inertia, solved by hand (Åström and Wittenmark, Computer-Controlled Systems,
+// 3rd ed., 1997, secs. 3.2 and 8.5). Between two instants the torque on the inertia is constant, or follows
+// a step with a first-order lag, so that its motion is a closed form. All in long double; no solver of the
+// program is included. Units: rad, s, N m, kg m² (or m, s, N, kg).
 //
 // SampledPid: the output at t_k = k h for the measured place y_k,
 //
-//     e = s* − r round(y/r),   u = k_p e + k_d (e − e_before)/h + k_i z,   z ← z + h e − h (u − sat u)/(k_i T)
+//     e = s* − r round(y/r),   u = k_p e + k_d (e − e_before)/h + k_i z
+//     z ← z + h e − h (u − sat u)/(k_i T)
 //
 // jury_limit: with a zero-order hold, 1/(J s²) has the pulse transfer function a (z + 1)/(z − 1)², a =
 // h²/(2J). Under PD control, with D = k_d/h, the characteristic polynomial is
@@ -158,7 +159,8 @@ struct BacklashCycle {
     const C z = std::polar(1.0, w * h);
     const double p = c / J, decay = -std::expm1(-p * h);
     // x⁺ = x + v (1 − e^(−ph))/p + (u/c)(h − (1 − e^(−ph))/p),   v⁺ = e^(−ph) v + (u/c)(1 − e^(−ph))
-    const C speed = decay / c / (z - (1 - decay)), place = (speed * decay / p + (h - decay / p) / c) / (z - 1.0);
+    const C speed = decay / c / (z - (1 - decay));
+    const C place = (speed * decay / p + (h - decay / p) / c) / (z - 1.0);
     return -1.0 / ((kp + ki * h / (z - 1.0) + kd / h * (1.0 - 1.0 / z)) * place);
   }
   /// The difference of phases at the amplitude that fits the size.

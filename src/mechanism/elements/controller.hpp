@@ -20,7 +20,7 @@
 //     z_{k+1} = z_k + h e_k − h (u_k − sat u_k)/(k_i T)
 //
 // sat u_k takes the place of sat u above from t_k + dead time on, until the next output does: a
-// zero-order hold. It is 0 before the first output.
+// zero-order hold. It is 0 before the first output. (docs/theory/event-location.md)
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // Sampled controllers in every scheme against closed forms between the samples: the path at all samples, the
-// limit of stability, dead times, the limit cycle of an encoder's resolution, the order of fixed steps, and an
-// axis that hunts across gears with backlash.
+// limit of stability, dead times, the limit cycle of an encoder's resolution, the order of fixed steps, and a
+// servo that hunts across a backlash.
 #include "verification/references/feedback.hpp"
 #include "verification/references/sampled_control.hpp"
 #include "verification/support/rig.hpp"
@@ -66,8 +66,8 @@ double growth(const Samples& seen, double target) {
 
 }  // namespace
 
-// Torques are constant between samples, so that every scheme integrates exactly: rounding of some hundred steps,
-// times 1e5 for the gains of the loop.
+// Torques are constant between samples, so that every scheme integrates exactly: rounding of some hundred
+// steps, times 1e5 for the gains of the loop.
 TEST_CASE("a sampled PD controller gives the path of its recursion in every scheme", "[controller]") {
   for (const auto& way : ways) {
     CAPTURE(way.name, way.step);
