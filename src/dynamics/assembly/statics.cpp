@@ -40,9 +40,10 @@ Statics::Statics(const System& system, Compliances elastic)
       motion_(tangent_.make_slopes()),
       rest_(system.n(), 0.0),
       f_(system.n()) {
-  refuse_sampling(system,
-                  "a sampled controller acts at instants only: it has no equilibrium and no modes as a motion "
-                  "in continuous time; omit the key for the continuous law");
+  refuse_sampling(
+      system,
+      "a sampled controller acts at instants only: it has no equilibrium and no modes as a motion "
+      "in continuous time; omit the key for the continuous law");
 }
 
 /// The state of the last place(), at rest.

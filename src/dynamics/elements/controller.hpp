@@ -124,9 +124,7 @@ struct ControllerDynamics : Facts {
   /// `z` is nullptr without a state.
   template <class T>
   void act(const auto& m, const auto& link, const T* z, auto& out) const {
-    const T effort = this->lag   ? z[states() - 1]
-                     : sampled() ? z[acting]
-                                 : saturated(demand<T>(m, z).u);
+    const T effort = this->lag ? z[states() - 1] : sampled() ? z[acting] : saturated(demand<T>(m, z).u);
     if constexpr (slides) {
       const AlongAxis<T> on(link, axis, m.q, m.e);
       out.pull(link, on.arms, Vec2Of<T>{effort * on.axis.x(), effort * on.axis.y()});
@@ -160,17 +158,16 @@ struct ControllerDynamics : Facts {
   }
   bool has_begun(const double* z) const { return z[0] > 0.5; }
   /// That of z (which integrators may round) or, at the beginning, that of the first sample from t on. A run
-  /// begins with z = 0, or with the end of another run and another time.
+  /// begins with z = 0, or with the end of another run and another time: then z belongs to an instant far away.
   double next_number(double t, const double* z) const {
     const double h = *this->sampling_time, number = std::round(z[0]);
-    if (has_begun(z) && std::abs(instant(number) - t) <= h * (1 + 1e-9)) return number;
+    if (has_begun(z) && std::abs(instant(number) - t) < 1.5 * h) return number;
     const double samples = std::max(0.0, t / h);
     return std::ceil(samples - 1e-12 * std::max(1.0, samples)) * (rest() > 0 ? 2 : 1);
   }
   void compute(double t, const double* q, const double* v, double* z) const {
     const double h = *this->sampling_time, place = state(q, v).place;
-    const double seen =
-        this->resolution ? *this->resolution * std::round(place / *this->resolution) : place;
+    const double seen = this->resolution ? *this->resolution * std::round(place / *this->resolution) : place;
     const double error = course.value(t) - seen;
     double u = this->proportional * error, *next = z + 1;
     double* const sum = this->integral > 0 ? next++ : nullptr;
