@@ -52,9 +52,10 @@ struct ControlLaw {
   /// s, > 0, T of the equations; empty: proportional/integral
   std::optional<double> tracking_time = {};
   std::optional<double> sampling_time = {};  ///< s, > 0, h of the equations; empty: continuous
-  double dead_time = 0;                      ///< s, ≥ 0, at most `most_delay` sampling times
+  double dead_time = 0;                      ///< s, ≥ 0, at most most_delay sampling times
   std::optional<double> resolution = {};     ///< rad or m, > 0; empty: exact
 
+  /// Greatest dead time in sampling times.
   static constexpr double most_delay = 100;
 
   /// Units in the order proportional, derivative, integral, limit, resolution.
