@@ -22,7 +22,9 @@ const test::Way ways[] = {test::penalty,      test::event_driven,      test::aut
                           test::chosen_steps, test::fixed_steps(1e-3), test::fixed_steps(3e-3)};
 
 /// Whether a step ends at t_k = k h, to the rounding of an adaptive time step.
-bool ends_at(const Step& step, std::size_t k) { return std::abs(step.t1 - static_cast<double>(k) * h) < 1e-13; }
+bool ends_at(const Step& step, std::size_t k) {
+  return std::abs(step.t1 - static_cast<double>(k) * h) < 1e-13;
+}
 
 /// Angles and speeds of the rotor at t_k = k h, k ≥ 1, each the end of a step.
 struct Samples {
