@@ -175,11 +175,11 @@ std::vector<std::filesystem::path> draw_branch(const std::filesystem::path& fold
     if (const auto it = found.find(m.kind); it != found.end())
       add(it->second, Script().add("points {}", m.mark), m.title);
   const double margin = across.range() > 0 ? 0.02 * across.range() : 1;
-  return {draw_panels(f, folder,
-                      {.abscissa = {title_of_key(document, "continue."),
-                                    {across.least - margin, across.most + margin}},
-                       .panels = {std::move(panel)},
-                       .each = 7.5})};
+  return {draw_panels(
+      f, folder,
+      {.abscissa = {title_of_key(document, "continue."), {across.least - margin, across.most + margin}},
+       .panels = {std::move(panel)},
+       .each = 7.5})};
 }
 
 // Curves of bifurcations over two keys: the first key along the abscissa, the second one along the ordinate.
@@ -210,9 +210,7 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   if (!(across.range() > 0)) return {};
   Figure f{.name = "curves", .height_cm = 10, .source = "continue.json"};
   Panel panel{
-      .title = title_of_key(document, "continue.second."),
-      .axis = axis_of(up.least, up.most),
-      .curves = {}};
+      .title = title_of_key(document, "continue.second."), .axis = axis_of(up.least, up.most), .curves = {}};
   for (std::size_t i = 0; i < blocks.size(); ++i)
     if (!blocks[i].empty())
       add_curve(f, panel, std::move(blocks[i].front()),
@@ -221,8 +219,7 @@ std::vector<std::filesystem::path> draw_curves(const std::filesystem::path& fold
   const double margin = 0.02 * across.range();
   return {draw_panels(
       f, folder,
-      {.abscissa = {title_of_key(document, "continue."),
-                    {across.least - margin, across.most + margin}},
+      {.abscissa = {title_of_key(document, "continue."), {across.least - margin, across.most + margin}},
        .panels = {std::move(panel)},
        .each = 7.5})};
 }

@@ -193,9 +193,9 @@ std::filesystem::path stack(const ForceTable& table, const std::filesystem::path
                                 side > 0 ? "above" : "below"));
         for (const auto& [x, y, of] : clipped_peaks(runs[r].x, p.runs[r], range))
           if (of == side) marks.row({x, y});
-        add_curve(f, panel, std::move(marks),
-                  Script().add("using 1:2 with points pt {} ps 0.7 lc rgb C{}", side > 0 ? 9 : 11,
-                               runs[r].style));
+        add_curve(
+            f, panel, std::move(marks),
+            Script().add("using 1:2 with points pt {} ps 0.7 lc rgb C{}", side > 0 ? 9 : 11, runs[r].style));
       }
     stack.panels.push_back(std::move(panel));
   }

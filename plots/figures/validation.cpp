@@ -101,9 +101,9 @@ std::vector<std::filesystem::path> draw_points(const std::filesystem::path& fold
       f.blocks.emplace_back(fmt::format("{}, {} [{}]", panel.quantity, curve.variant, curve.formulation));
       for (const auto& [at, one] : curve.points)
         if (std::isfinite(one)) f.blocks.back().row({at, one});
-      const auto look = curve_look(
-          static_cast<std::size_t>(std::ranges::find(variants, curve.variant) - variants.begin()),
-          curve.formulation == "penalty");
+      const auto look =
+          curve_look(static_cast<std::size_t>(std::ranges::find(variants, curve.variant) - variants.begin()),
+                     curve.formulation == "penalty");
       f.script.add(", '' index {} using 1:2 with lines lw 1.5 dt {} lc rgb C{} title {}", block++, look.dash,
                    look.colour, curve.variant + " [" + curve.formulation + "]");
     }

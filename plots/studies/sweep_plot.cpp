@@ -155,9 +155,9 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
       const bool penalty = g.formulation == "penalty";
       const bool single = title.empty();
       const auto own = curve_look(colour - 1, penalty);
-      const Script look =
-          single ? Script().add("ls {}", penalty ? 1 : 2)
-                 : Script().add("lc rgb C{} dt {} pt {} lw 1.3", own.colour, own.dash, own.mark);
+      const Script look = single
+                              ? Script().add("ls {}", penalty ? 1 : 2)
+                              : Script().add("lc rgb C{} dt {} pt {} lw 1.3", own.colour, own.dash, own.mark);
       panel.curves.push_back(
           {Script().add("DATA index {} using 1:2:3:4 with yerrorbars lc rgb C{} dt 1 ps 0", f.blocks.size(),
                         single ? (penalty ? std::size_t{1} : std::size_t{2}) : own.colour),

@@ -14,7 +14,7 @@ struct ValidateRequest : Request {
   std::vector<std::string> overrides;  ///< of a scene
   std::string output;                  ///< result folder
   double revolutions = 0;              ///< compared, of each model; 0: chosen from the file
-  bool remove_offset = false;  ///< of the measured signal from the ideal mechanism's mean
+  bool remove_offset = false;          ///< of the measured signal from the ideal mechanism's mean
   bool as_given = false;               ///< the impact law takes the surfaces' restitution unchanged
   std::string document;                ///< folder for experiment.md of a study and its figures
 };

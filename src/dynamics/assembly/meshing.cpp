@@ -87,8 +87,7 @@ std::optional<std::size_t> end_at_origin(const Mechanism& mechanism, const auto&
     for (const auto& other : mechanism.joints)
       if (const auto* pin = std::get_if<RevoluteJoint>(&other))
         for (const std::size_t k : {0u, 1u})
-          if (pin->between[k] == joint.between[end])
-            held = true, centred = centred || pin->at[k].is_zero();
+          if (pin->between[k] == joint.between[end]) held = true, centred = centred || pin->at[k].is_zero();
     if (held && !centred) return end;
   }
   return {};

@@ -59,7 +59,9 @@ class PoseShapes {
   template <class X>
   void ends(const X& x, bool joint) {
     if constexpr (requires { x.between[0], x.at[0].x(); }) {
-      if constexpr (requires { x.radii; } || std::is_same_v<X, RatioJoint> || std::is_same_v<X, OutlineContact>) return;
+      if constexpr (requires { x.radii; } || std::is_same_v<X, RatioJoint> ||
+                    std::is_same_v<X, OutlineContact>)
+        return;
       const bool slides = requires { x.axis; }
       &&!std::is_same_v<X, Bushing>;
       if (!slides || (std::is_same_v<X, TranslationalJoint> && x.between[1] != ground))

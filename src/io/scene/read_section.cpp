@@ -149,11 +149,9 @@ std::vector<NamedColumn> coordinate_columns(const Scene& scene, const std::vecto
   for (std::size_t b = 0; b < bodies.size(); ++b)
     for (std::size_t i = 0; i < 3; ++i) {
       const int at = static_cast<int>(3 * b + i);
-      list.push_back({bodies[b] + "." + parts[i].place,
-                      parts[i].unit,
-                      {Kind::coordinate, at, -1, parts[i].angle}});
       list.push_back(
-          {bodies[b] + "." + parts[i].rate, parts[i].rate_unit, {Kind::rate, at, -1, false}});
+          {bodies[b] + "." + parts[i].place, parts[i].unit, {Kind::coordinate, at, -1, parts[i].angle}});
+      list.push_back({bodies[b] + "." + parts[i].rate, parts[i].rate_unit, {Kind::rate, at, -1, false}});
     }
   for (const auto& joint : scene.mechanism.joints) {
     if (!std::holds_alternative<RevoluteJoint>(joint)) continue;

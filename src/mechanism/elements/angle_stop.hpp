@@ -22,8 +22,8 @@ namespace freeplay {
 /// End stops of a revolute joint.
 struct AngleStop {
   static constexpr std::string_view type = "angle-stop", what = "an angle stop";
-  std::string name;   ///< of the element in the scene
-  int joint = -1;     ///< index into Mechanism::joints
+  std::string name;                   ///< of the element in the scene
+  int joint = -1;                     ///< index into Mechanism::joints
   std::optional<double> radius = {};  ///< m, > 0, distance of the stop from the joint; empty: 1 m
   /// rad, of the stop from the joint, in the first body's frame; empty: a couple
   std::optional<double> direction = {};

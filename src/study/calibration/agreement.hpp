@@ -81,7 +81,7 @@ struct Agreement {
                                                         "spectrum"};
   std::array<Property, count> properties;
 
-  double shift = 0;           ///< m/s², mean of the measured signal less that of the computed one
+  double shift = 0;  ///< m/s², mean of the measured signal less that of the computed one
   /// An offset beyond its uncertainty that is too small, against the signal, to be judged.
   bool small_offset() const {
     const auto& p = properties[offset];
@@ -112,9 +112,9 @@ struct Agreement {
 
 /// Constant offset of a measured signal from a given mean, estimated from its revolutions.
 struct SignalOffset {
-  double value = 0;            ///< m/s²
-  double error = NAN;          ///< m/s², standard: scatter of the revolutions and uncertainty of the file
-  double limit = NAN;          ///< m/s², exceeded with the probability property_error without an offset
+  double value = 0;    ///< m/s²
+  double error = NAN;  ///< m/s², standard: scatter of the revolutions and uncertainty of the file
+  double limit = NAN;  ///< m/s², exceeded with the probability property_error without an offset
   bool beyond() const { return std::abs(value) > limit; }
 };
 /// `mean`: m/s², of the computed signal, without error. `uncertainty`: as for assess().

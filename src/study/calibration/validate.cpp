@@ -138,12 +138,11 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
     return meter.finish(measured.time.back(), std::nan(""));
   };
   v.measured = metered(0);
-  if (!ideal.turns.empty())
-    v.offset = offset_from(ideal.turns.front()[0].real(), v.measured, v.uncertainty);
+  if (!ideal.turns.empty()) v.offset = offset_from(ideal.turns.front()[0].real(), v.measured, v.uncertainty);
   if (setup.remove_offset) {
     if (ideal.turns.empty())
-      throw SceneError(fmt::format("{}: --remove-offset needs a whole revolution of the ideal mechanism",
-                                   file.string()));
+      throw SceneError(
+          fmt::format("{}: --remove-offset needs a whole revolution of the ideal mechanism", file.string()));
     v.offset_removed = true;
     v.measured = metered(v.offset.value);
     v.remarks.push_back(
@@ -257,29 +256,29 @@ nlohmann::json to_json(const Validation& v, const std::string& data, bool matche
                       {"finished", t.finished},
                       {"found", t.found}});
   for (const auto& a : v.models)
-    models[a.formulation] = {{"ending", a.ending.reason},
-                             {"verdict", text_of(a.verdict)},
-                             {"starts", a.starts},
-                             {"findings", a.findings},
-                             {"sign", a.sign},
-                             {"sign_beyond_doubt", a.sign_decided},
-                             {"gain", of(a.gain)},
-                             {"phase_deg", of(a.phase)},
-                             {"moved_by_deg", a.moved},
-                             {"peak_ratio_median", a.peak_ratio},
-                             {"peak_ratio_greatest", a.greatest_ratio},
-                             {"rms_measured_m_per_s2", a.rms_measured},
-                             {"offset_m_per_s2", a.shift},
-                             {"offset_standard_error_m_per_s2",
-                              a.properties[Agreement::offset].difference.expected},
-                             {"properties", properties(a)},
-                             {"remarks", a.remarks},
-                             {"power", a.power},
-                             {"spectral_distance", a.spectral_distance},
-                             {"contact_lost_deg", a.loss_angle},
-                             {"contact_found_deg", a.return_angle},
-                             {"quiet_from_deg", a.quiet.from},
-                             {"quiet_to_deg", a.quiet.to}};
+    models[a.formulation] = {
+        {"ending", a.ending.reason},
+        {"verdict", text_of(a.verdict)},
+        {"starts", a.starts},
+        {"findings", a.findings},
+        {"sign", a.sign},
+        {"sign_beyond_doubt", a.sign_decided},
+        {"gain", of(a.gain)},
+        {"phase_deg", of(a.phase)},
+        {"moved_by_deg", a.moved},
+        {"peak_ratio_median", a.peak_ratio},
+        {"peak_ratio_greatest", a.greatest_ratio},
+        {"rms_measured_m_per_s2", a.rms_measured},
+        {"offset_m_per_s2", a.shift},
+        {"offset_standard_error_m_per_s2", a.properties[Agreement::offset].difference.expected},
+        {"properties", properties(a)},
+        {"remarks", a.remarks},
+        {"power", a.power},
+        {"spectral_distance", a.spectral_distance},
+        {"contact_lost_deg", a.loss_angle},
+        {"contact_found_deg", a.return_angle},
+        {"quiet_from_deg", a.quiet.from},
+        {"quiet_to_deg", a.quiet.to}};
   return {{"ideal_greatest_m_per_s2", v.ideal_maximum},
           {"measured",
            {{"sampling_Hz", v.sampling},

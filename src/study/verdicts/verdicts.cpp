@@ -284,7 +284,8 @@ std::string verdict(const std::vector<SignalAgreement>& models) {
         " agrees is unknown, since the file has one revolution and no column uncertainty");
   for (const auto& m : models)
     if (m.offset != 0 && m.outcome != Outcome::differs)
-      add(fmt::format("the measured signal has a constant offset of {:.3g} m/s² from {}, which is beyond its "
+      add(
+          fmt::format("the measured signal has a constant offset of {:.3g} m/s² from {}, which is beyond its "
                       "uncertainty and not judged (--remove-offset)",
                       m.offset, m.formulation));
   if (faulty)

@@ -201,17 +201,20 @@ TEST_CASE("a heavy cable swings as a chain of point masses on rods", "[beams]") 
   for (int k = 0; k < n; ++k) {
     const auto at = along * ((k + 0.5) / n);
     const auto name = fmt::format("m{}", k);
-    chain += test::body(name, 1.0 / n, 1, fmt::format("position = [{}, {}]\n", at.x(), at.y())) +
-             test::rod("r" + name, k > 0 ? fmt::format("m{}", k - 1) : "ground", name, (k > 0 ? 1.0 : 0.5) / n);
+    chain +=
+        test::body(name, 1.0 / n, 1, fmt::format("position = [{}, {}]\n", at.x(), at.y())) +
+        test::rod("r" + name, k > 0 ? fmt::format("m{}", k - 1) : "ground", name, (k > 0 ? 1.0 : 0.5) / n);
   }
-  cable += test::body("top", 1, 1e-9, fmt::format("position = [0.0, 0.0]\nangle = {}\n", turn)) +
-           test::pin("pin", "ground", "top") +
-           fmt::format(
-               "[beams.rod]\nbetween = [\"top\", \"free\"]\nlength = 1.0\nelements = {}\nyoung = 1e9\ndensity = 1.0\n"
-               "area = 1.0\nsecond_moment = 1e-18\n",
-               n);
+  cable +=
+      test::body("top", 1, 1e-9, fmt::format("position = [0.0, 0.0]\nangle = {}\n", turn)) +
+      test::pin("pin", "ground", "top") +
+      fmt::format(
+          "[beams.rod]\nbetween = [\"top\", \"free\"]\nlength = 1.0\nelements = {}\nyoung = 1e9\ndensity = 1.0\n"
+          "area = 1.0\nsecond_moment = 1e-18\n",
+          n);
   const auto end = test::run_for(1.5);
-  const auto exact = test::motion_rows(test::scene_by(test::event_driven, chain + end), Family::nonsmooth, 0.05);
+  const auto exact =
+      test::motion_rows(test::scene_by(test::event_driven, chain + end), Family::nonsmooth, 0.05);
   const auto error = [&](double step) {
     const auto scene = test::scene_by(test::fixed_steps(step), cable + end);
     const auto run = test::motion_rows(scene, Family::nonsmooth, 0.05);

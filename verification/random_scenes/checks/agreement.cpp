@@ -80,8 +80,8 @@ std::optional<std::string> off_reference(const Sight& found, const Reference& r,
     // lasts 2v/g̈ = 2 v C/C′. Time stepping may miss one that lasts no longer than a few steps.
     if (stepped && 2 * touch.speed * r.sensitivity_t[k] < 4 * allowed.late * r.sensitivity_speed[k])
       return {};
-    const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) +
-                           1e-12 * r.greatest_speed + allowed.own * fastest;
+    const double bound_v = share(k) * (r.sensitivity_speed[k] + r.greatest_speed) + 1e-12 * r.greatest_speed +
+                           allowed.own * fastest;
     // A contact with a speed below the error of the bodies' speeds may be absent.
     if (allowed.speeds && touch.speed <= bound_v + share(k) * fastest) return {};
     // A contact is not compared if its time error exceeds half of the flight.

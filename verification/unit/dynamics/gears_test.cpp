@@ -281,9 +281,9 @@ TEST_CASE("a couple of stops needs no radius, and its impact does not depend on 
       // Fixed steps: the error of velocities at the end of a step, (ω h)², with a margin of 100.
       CHECK(test::finished(way, text).final_state.v[2] == Approx(-e * w).epsilon(1e-6));
     }
-  const auto scene = scene_of(test::replaced(
-      scene_text(with_backlash), "surface = \"hard\"\nupper = 2.0\nradius = 0.05\n",
-      "surface = \"hard\"\nupper = 2.0\n"));
+  const auto scene =
+      scene_of(test::replaced(scene_text(with_backlash), "surface = \"hard\"\nupper = 2.0\nradius = 0.05\n",
+                              "surface = \"hard\"\nupper = 2.0\n"));
   int couples = 0;
   for (const auto& contact : scene.mechanism.contacts)
     if (const auto* stop = std::get_if<AngleStop>(&contact); stop && stop->name == "couple")
