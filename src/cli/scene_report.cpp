@@ -181,6 +181,22 @@ void pose(const Mechanism& mechanism, const State& start, Lines& lines) {
     lines.emplace_back("", fmt::format("and {} more bodies", mechanism.bodies.size() - most_bodies));
 }
 
+/// Prints how far each joint with clearance moves from one side to the other.
+void plays(const Mechanism& mechanism, Lines& lines) {
+  const auto line = [&](const std::string& name, const char* what, double half, const char* where) {
+    lines.emplace_back("play of " + name,
+                       fmt::format("{} {:.4g} mm: {:.4g} mm {}", what, 1e3 * half, 2e3 * half, where));
+  };
+  for (const auto& joint : mechanism.joints) {
+    if (const auto* pin = std::get_if<RevoluteJoint>(&joint); pin && pin->clearance)
+      line(pin->name, "radial clearance", pin->clearance->radial, "in every direction");
+    if (const auto* guide = std::get_if<TranslationalJoint>(&joint); guide && guide->clearance)
+      line(guide->name, "clearance on either side", guide->clearance->half_play, "across the guide");
+    if (const auto* slot = std::get_if<SlotJoint>(&joint); slot && slot->clearance)
+      line(slot->name, "clearance on either side", slot->clearance->half_play, "across the slot");
+  }
+}
+
 void teeth(const Mechanism& mechanism, const State& start, Lines& lines) {
   for (const auto& t : teeth_at(mechanism, start.q)) {
     std::string said =
@@ -203,6 +219,7 @@ Lines assembly_report(const Mechanism& mechanism, const State& start) {
   loops(mechanism, start, lines);
   whole_turn(mechanism, start, lines);
   angles(mechanism, start, lines);
+  plays(mechanism, lines);
   teeth(mechanism, start, lines);
   pose(mechanism, start, lines);
   return lines;

@@ -57,7 +57,8 @@ inline void ask(const Scene& scene, std::optional<IdealStart>* ideal = nullptr) 
 
 /// Rows of a table, name and text: mobility (3n − rank G, with and without drives) and undriven
 /// motions, four-bar loops with Grashof's condition and branch, the turn of the drive
-/// (dynamics/assembly/turn_survey.hpp), the angles that [assembly] names, the teeth of gears, and the pose.
+/// (dynamics/assembly/turn_survey.hpp), the angles that [assembly] names, the play of joints, the teeth of
+/// gears, and the pose.
 std::vector<std::pair<std::string, std::string>> assembly_report(const Mechanism& mechanism,
                                                                  const State& start);
 

@@ -50,6 +50,16 @@ TEST_CASE("the list of new scenes has each kind with its title, within 80 column
   test::refused("new", Contains("kind is required") && Contains("--list"));
 }
 
+TEST_CASE("check prints the play of each joint with clearance", "[new]") {
+  const auto said = [](const std::string& kind) {
+    return test::succeeded("check " +
+                           (test::source_folder() / "src/cli/templates" / (kind + ".toml")).string())
+        .out;
+  };
+  CHECK_THAT(said("press"), Contains("play of small_end") && Contains("radial clearance 0.1 mm: 0.2 mm in"));
+  CHECK_THAT(said("yoke"), Contains("play of slot") && Contains("either side 0.05 mm: 0.1 mm across"));
+}
+
 TEST_CASE("a new scene never overwrites a file", "[new][errors]") {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "mine.toml";
