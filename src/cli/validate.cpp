@@ -99,13 +99,12 @@ int validate_data(const ValidateRequest& request) {
   progress.clear();
   if (request.stop()) return interrupted(Kept::nothing);
   if (v.offset.beyond() && !v.offset_removed)
-    fmt::print(
-        stderr, "{}",
-        wrapped(fmt::format("warning: the measured signal has a constant offset of {:.3g} m/s² from the "
-                            "ideal mechanism's mean, beyond its uncertainty (standard error {:.2g}); "
-                            "--remove-offset subtracts it\n",
-                            v.offset.value, v.offset.error),
-                9));
+    fmt::print(stderr, "{}",
+               wrapped(fmt::format("warning: the measured signal has a constant offset of {:.3g} m/s² from "
+                                   "the ideal mechanism's mean, beyond its uncertainty (standard error "
+                                   "{:.2g}); --remove-offset subtracts it\n",
+                                   v.offset.value, v.offset.error),
+                       9));
   if (!v.plausibility.empty()) fmt::print(stderr, "{}", wrapped("question: " + v.plausibility + "\n", 10));
   fmt::print(
       "{} revolutions of {} at {:.4g} Hz; greatest ideal acceleration {:.4g} m/s²\n"
