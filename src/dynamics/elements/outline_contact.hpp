@@ -33,7 +33,8 @@ struct Dynamics<OutlineContact> : OutlineContact {
       double thick = 0;
       for (const auto& c : corners) thick = std::max(thick, cross(edge.along, c - edge.from));
       width = std::min(width, thick);
-      b.reach(between[0] == ground ? 0 : (at[0] + edge.from).norm());
+      // Corners of a turning body are arms: bounds of motion may not neglect its rotation.
+      if (between[0] != ground) b.reach((at[0] + edge.from).norm());
     }
     pair.width = width;
     b.pair(pair, facts);
