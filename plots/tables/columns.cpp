@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -12,9 +13,11 @@
 #include "io/scene/quantity.hpp"
 #include "io/scene/read_section.hpp"
 #include "io/scene/schema.hpp"
+#include "mechanism/piecewise.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/tables/run_facts.hpp"
 #include "plots/tables/table.hpp"
+#include "simulation/section.hpp"
 #include "study/settings/expression.hpp"
 #include "study/settings/expression_dimension.hpp"
 
@@ -66,7 +69,9 @@ constexpr ColumnFacts known_columns[] = {
 constexpr ColumnFacts section_columns[] = {{".ex_c", "", "eccentricity", {"e_x/c", "$e_x/c$"}},
                                            {".ey_c", "", "eccentricity", {"e_y/c", "$e_y/c$"}},
                                            {".angle", "rad", "angle", {"θ", "$\\theta$"}},
+                                           {".position", "m", "position", "s"},
                                            {".rate", "rad/s", "angular velocity", {"ω", "$\\omega$"}},
+                                           {".rate", "m/s", "velocity", "v"},
                                            {"phase", "", "phase in the period", ""},
                                            {"approach", "m/s", "approach speed", {"|v_N|", "$|v_N|$"}}};
 
@@ -130,11 +135,12 @@ constexpr const char *signal_file = "signals.csv", *event_file = "events.csv";
 
 }  // namespace
 
-ColumnQuantity quantity_of_column(const std::string& column) {
+ColumnQuantity quantity_of_column(const std::string& column, std::string_view unit) {
   const auto dot = column.rfind('.');
   const auto end = dot == column.npos ? column : column.substr(dot);
   for (const auto& facts : section_columns)
-    if (facts.end == end) return {facts.quantity, facts.symbol};
+    if (facts.end == end && (end != ".rate" || (facts.unit == "m/s") == unit.ends_with("m/s")))
+      return {facts.quantity, facts.symbol};
   return column_of(column, "").quantity;
 }
 
@@ -281,24 +287,65 @@ std::string_view unit_of_instrument(const Scene& scene, std::string_view name) {
   return it == scene.instruments.end() ? "" : unit_of(it->kind);
 }
 
-/// Coordinates of revolute joints from the columns of their bodies in trajectory.csv.
-static void add_joint_columns(const Scene& scene, std::vector<Column>& all) {
+/// The value of `of`, or the difference of `target` and it.
+struct StateFunction {
+  StateColumn of;
+  std::optional<Piecewise> target;  ///< against time
+  /// Columns of the file, and their indices in q, then v.
+  std::vector<std::pair<std::string, std::size_t>> parts;
+  std::size_t size = 0;  ///< of q
+
+  /// `state`: q, then v.
+  double value(double t, std::span<const double> state) const {
+    const auto q = state.first(size), v = state.subspan(size);
+    const double x = of.kind == StateColumn::Kind::rate ? of.rate(q, v) : of.coordinate(q, v);
+    return target ? target->value(t) - x : x;
+  }
+};
+
+/// Coordinates of joints and errors of controllers, from the columns of the bodies in trajectory.csv.
+static void add_state_functions(const Scene& scene, std::vector<Column>& all) {
   constexpr const char* file = "trajectory.csv";
+  const auto& mechanism = scene.mechanism;
   std::vector<std::string> bodies;
-  for (const auto& body : scene.mechanism.bodies) bodies.push_back(body.name);
-  const auto named = [&](const std::string& name) {
-    return std::ranges::any_of(all, [&](const Column& c) { return c.name == name; });
+  for (const auto& body : mechanism.bodies) bodies.push_back(body.name);
+  const auto find = [&](const std::string& name) { return std::ranges::find(all, name, &Column::name); };
+  const auto add = [&](const std::string& name, const std::string& unit, const ColumnQuantity& quantity,
+                       const std::array<int, 2>& between, const StateColumn& of,
+                       std::optional<Piecewise> target = {}) {
+    if (find(name) != all.end()) return;
+    StateFunction function{of, std::move(target), {}, 3 * bodies.size()};
+    constexpr const char* parts[] = {".x", ".y", ".theta", ".vx", ".vy", ".omega"};
+    for (const int body : between) {
+      if (body == ground) continue;
+      for (std::size_t k = 0; k < std::size(parts); ++k) {
+        const auto b = static_cast<std::size_t>(body);
+        const auto part = bodies[b] + parts[k];
+        if (const auto found = find(part); found == all.end() || found->file != file) return;
+        function.parts.emplace_back(part, 3 * b + k % 3 + k / 3 * function.size);
+      }
+    }
+    all.push_back({name, file, "", unit, quantity, std::make_shared<const StateFunction>(std::move(function))});
   };
-  for (const auto& coordinate : coordinate_columns(scene, bodies)) {
-    if (named(coordinate.name)) continue;
-    Column column{coordinate.name, file, "", coordinate.unit, quantity_of_column(coordinate.name)};
-    const auto& of = coordinate.column;
-    const char* part = of.kind == StateColumn::Kind::rate ? ".omega" : ".theta";
-    for (const auto& [at, sign] : {std::pair{of.first, 1.0}, {of.second, -1.0}})
-      if (at >= 0) column.sum.emplace_back(bodies[static_cast<std::size_t>(at / 3)] + part, sign);
-    const bool complete =
-        std::ranges::all_of(column.sum, [&](const auto& term) { return named(term.first); });
-    if (complete && !column.sum.empty()) all.push_back(std::move(column));
+  const auto coordinates = coordinate_columns(scene, bodies);
+  for (const auto& joint : mechanism.joints)
+    for (const char* end : {".angle", ".position", ".rate"})
+      if (const auto c = std::ranges::find(coordinates, name_of(joint) + end, &NamedColumn::name);
+          c != coordinates.end())
+        add(c->name, c->unit, quantity_of_column(c->name, c->unit), bodies_of(joint), c->column);
+  for (const auto& drive : mechanism.drives) {
+    const auto add_error = [&]<class D>(const D& d) {
+      if constexpr (std::is_base_of_v<ControlLaw, D>) {
+        const auto& measured = mechanism.joints[static_cast<std::size_t>(d.fed_back())];
+        const bool slides = std::holds_alternative<TranslationalJoint>(measured);
+        const auto c = std::ranges::find(
+            coordinates, name_of(measured) + (slides ? ".position" : ".angle"), &NamedColumn::name);
+        if (c != coordinates.end())
+          add(d.name + ".error", c->unit, {"control error", "e"}, bodies_of(measured), c->column,
+              d.course(mechanism));
+      }
+    };
+    std::visit(add_error, drive);
   }
 }
 
@@ -319,7 +366,7 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
       if (name != "t" && name != angle_name && name != "joint" && name != "kind")
         all_.push_back(column_of(name, file));
   }
-  if (scene_) add_joint_columns(*scene_, all_);
+  if (scene_) add_state_functions(*scene_, all_);
   if (!std::filesystem::exists(folder / signal_file)) return;
   Rows rows(folder / signal_file);
   const auto channel = rows.place("channel");
@@ -350,14 +397,17 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
   Rows rows(folder_ / (own ? column.file : file));
   const auto& wanted = own ? column.channel : channel;
   const auto t = rows.place("t");
-  const bool summed = !column.sum.empty();
-  const auto v = !own || summed ? t : rows.place(wanted.empty() ? column.name : "value");
-  std::vector<std::pair<decltype(rows.place("t")), double>> terms;
-  for (const auto& [term, sign] : column.sum) terms.emplace_back(rows.place(term), sign);
-  const auto total = [&] {
-    double sum = 0;
-    for (const auto& [place, sign] : terms) sum += sign * rows.maybe_number(place);
-    return sum;
+  const auto* function = column.function.get();
+  const auto v = !own || function ? t : rows.place(wanted.empty() ? column.name : "value");
+  std::vector<std::pair<decltype(rows.place("t")), std::size_t>> parts;
+  std::vector<double> state;
+  if (function) {
+    state.resize(2 * function->size);
+    for (const auto& [part, index] : function->parts) parts.emplace_back(rows.place(part), index);
+  }
+  const auto computed = [&](double time) {
+    for (const auto& [place, index] : parts) state[index] = rows.maybe_number(place);
+    return function->value(time, state);
   };
   const auto name = wanted.empty() ? t : rows.place("channel");
   Series s;
@@ -370,7 +420,7 @@ RunColumns::Series RunColumns::series(const Column& column, const std::string& f
       throw SceneError(fmt::format("{}: has more than {} rows", (folder_ / file).string(), most_samples));
     s.t.push_back(rows.number(t));
     s.v.push_back(column.name == angle_name ? crank(s.t.back())
-                  : summed                  ? total()
+                  : function                ? computed(s.t.back())
                   : own                     ? rows.maybe_number(v)
                                             : s.t.back());
   }

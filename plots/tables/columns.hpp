@@ -1,7 +1,12 @@
 // Columns of a run's result files by their names: those in the headers of trajectory.csv,
-// forces.csv and events.csv, the channels of signals.csv, JOINT.angle and JOINT.rate of revolute joints as
-// in sections (io/scene/read_section.hpp), t, and, if a drive turns at a prescribed speed, crank_angle;
-// and expressions of them, such as hypot(pin.fx, pin.fy).
+// forces.csv and events.csv, the channels of signals.csv, t, and, if a drive turns at a prescribed speed,
+// crank_angle. Functions of the columns of trajectory.csv:
+//
+//     JOINT.angle, .position, .rate   of revolute and translational joints, as in sections
+//                                     (io/scene/read_section.hpp)
+//     DRIVE.error                     target(t) − coordinate that a controller measures
+//
+// And expressions of all these, such as hypot(pin.fx, pin.fy).
 #pragma once
 
 #include <filesystem>
@@ -34,14 +39,18 @@ struct ColumnQuantity {
   bool mean = false;  ///< over the time since the row before
 };
 
-/// Quantity of a column of a result file or a section by its name; without a name if unknown.
-ColumnQuantity quantity_of_column(const std::string& column);
+/// Quantity of a column of a result file or a section by its name; without a name if unknown. The unit
+/// distinguishes rates of revolute and translational joints.
+ColumnQuantity quantity_of_column(const std::string& column, std::string_view unit = "");
 
 /// A number of run.json by its path: pin, "greatest impulse" and N s for pin.greatest_impulse_N_s.
 struct RunNumber {
   std::string element, words, unit;
 };
 RunNumber number_of_run(const std::string& path);
+
+/// A function of the time and of the bodies' coordinates and velocities in trajectory.csv.
+struct StateFunction;
 
 /// A column and its file.
 struct Column {
@@ -50,8 +59,7 @@ struct Column {
   std::string channel;  ///< channel in signals.csv
   std::string unit;
   ColumnQuantity quantity = {};
-  /// Columns of the file and their signs, of which a joint's coordinate is the sum; else empty.
-  std::vector<std::pair<std::string, double>> sum = {};
+  std::shared_ptr<const StateFunction> function = {};  ///< null: the column is in the file
   /// The name without that of the quantity: slider for slider.x; empty for t.
   std::string element() const;
 };

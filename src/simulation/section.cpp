@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "dynamics/phase.hpp"
 #include "numerics/bracketed_root.hpp"
 
 namespace freeplay {
@@ -41,6 +42,13 @@ double side(const SectionRule& rule, double s) {
 
 double StateColumn::circle() const { return kind == Kind::phase ? 1 : angle ? turn : 0; }
 
+double StateColumn::coordinate(std::span<const double> q, std::span<const double> v) const {
+  return travel ? travel->place_at(q.data(), v.data()).value : difference(*this, q);
+}
+double StateColumn::rate(std::span<const double> q, std::span<const double> v) const {
+  return travel ? travel->place_at(q.data(), v.data()).rate : difference(*this, v);
+}
+
 SectionPoints::SectionPoints(SectionRule rule, std::vector<StateColumn> columns, double discard)
     : rule_(std::move(rule)), columns_(std::move(columns)), discard_(discard) {
   using Kind = StateColumn::Kind;
@@ -54,7 +62,7 @@ void SectionPoints::begin(const Layout& layout, const State& state) {
   q_ = state.q;
   v_ = state.v;
   contacts_.resize(layout.contacts.size());
-  last_ = distance(state.q);
+  last_ = distance(state.q, state.v);
   newest_ = -1;
   touches_.clear();
   if (rule_.kind == SectionRule::Kind::touch && places_.empty()) places_.resize(most_places);
@@ -88,25 +96,26 @@ void SectionPoints::each_period(const Step& step) {
   }
 }
 
-double SectionPoints::distance(std::span<const double> q) const {
-  return difference(rule_.what, q) - rule_.value;
+double SectionPoints::distance(std::span<const double> q, std::span<const double> v) const {
+  return rule_.what.coordinate(q, v) - rule_.value;
 }
-double SectionPoints::rate(std::span<const double> v) const { return difference(rule_.what, v); }
 double SectionPoints::distance_at(const Step& step, double t) {
   step.state(t, q_, v_);
-  return distance(q_);
+  return distance(q_, v_);
 }
 
 void SectionPoints::crossings(const Step& step) {
   const double before = last_;
   last_ = distance_at(step, step.t1);
-  const double r0 = rate(step.v0), r1 = rate(step.v1);
+  const double r1 = rule_.what.rate(q_, step.v1);
+  if (rule_.what.travel) step.state(step.t0, q_, v_);  // its rate depends on the positions
+  const double r0 = rule_.what.rate(q_, step.v0);
   // Both ends are on one side, but the rates have opposite signs: s may have crossed the value and
   // returned.
   if (side(rule_, before) == side(rule_, last_) && r0 * r1 < 0 && step.t1 > step.t0) {
     const auto rate_at = [&](double t) {
       step.state(t, q_, v_);
-      return rate(v_);
+      return rule_.what.rate(q_, v_);
     };
     const double a = rate_at(step.t0), b = rate_at(step.t1);
     if (a * b < 0) {
@@ -233,11 +242,11 @@ void SectionPoints::keep(const Step& step, double t, double approach) {
     double x = approach;
     switch (c.kind) {
       case StateColumn::Kind::coordinate:
-        x = difference(c, q_);
+        x = c.coordinate(q_, v_);
         if (c.angle) x = wrapped(x);
         break;
       case StateColumn::Kind::rate:
-        x = difference(c, v_);
+        x = c.rate(q_, v_);
         break;
       case StateColumn::Kind::ex:
         x = contact().ex;

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,11 +23,14 @@
 
 namespace freeplay {
 
-/// One value of the state: a coordinate, a difference of two coordinates, or a value of a contact.
+struct Phase;
+
+/// One value of the state: a coordinate, a difference of two coordinates, the position of a translational
+/// joint, or a value of a contact.
 struct StateColumn {
   enum class Kind {
-    coordinate,  ///< q[first] − q[second] (m, rad)
-    rate,        ///< v[first] − v[second]
+    coordinate,  ///< q[first] − q[second] (m, rad), or the value of `travel`
+    rate,        ///< v[first] − v[second], or the rate of `travel`
     ex,          ///< m, eccentricity of the contact `first`, world axes
     ey,          ///< m
     gap,         ///< m
@@ -38,8 +42,13 @@ struct StateColumn {
   Kind kind = Kind::coordinate;
   int first = -1, second = -1;  ///< −1: none
   bool angle = false;           ///< rad, reported within (−π, π]
+  /// Position of a translational joint along its axis (dynamics/phase.hpp); null for other columns.
+  std::shared_ptr<const Phase> travel = {};
   /// The period of a cyclic value: 2π for an angle, 1 for a phase; 0 if it is not cyclic.
   double circle() const;
+  /// The coordinate (angles of any number of turns) and its rate, whatever the kind.
+  double coordinate(std::span<const double> q, std::span<const double> v) const;
+  double rate(std::span<const double> q, std::span<const double> v) const;
 };
 
 /// Selection of the instants.
@@ -100,8 +109,7 @@ class SectionPoints final : public Observer {
   void settle_touches(const Step& step);
   bool touched(double t);
   const Place& place(long index) const { return places_[static_cast<std::size_t>(index) % places_.size()]; }
-  double distance(std::span<const double> q) const;
-  double rate(std::span<const double> v) const;
+  double distance(std::span<const double> q, std::span<const double> v) const;
   double distance_at(const Step& step, double t);
   void point(const Step& step, double t);
   void keep(const Step& step, double t, double approach);

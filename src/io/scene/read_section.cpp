@@ -8,6 +8,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "dynamics/phase.hpp"
 #include "io/files/escaping.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/schema.hpp"
@@ -154,10 +155,18 @@ std::vector<NamedColumn> coordinate_columns(const Scene& scene, const std::vecto
       list.push_back({bodies[b] + "." + parts[i].rate, parts[i].rate_unit, {Kind::rate, at, -1, false}});
     }
   for (const auto& joint : scene.mechanism.joints) {
+    const std::string& name = name_of(joint);
+    if (const auto* slide = std::get_if<TranslationalJoint>(&joint)) {
+      Phase travel{.link = {slide->between[0], slide->between[1], slide->at[0], slide->at[1]}};
+      travel.of = Phase::Of::travel;
+      travel.axis = slide->axis;
+      const auto along = std::make_shared<const Phase>(travel);
+      list.push_back({name + ".position", "m", {.kind = Kind::coordinate, .travel = along}});
+      list.push_back({name + ".rate", "m/s", {.kind = Kind::rate, .travel = along}});
+    }
     if (!std::holds_alternative<RevoluteJoint>(joint)) continue;
     const auto between = bodies_of(joint);
     const auto angle = [&](int body) { return body == ground ? -1 : 3 * body + 2; };
-    const std::string& name = name_of(joint);
     list.push_back({name + ".angle", "rad", {Kind::coordinate, angle(between[1]), angle(between[0]), true}});
     list.push_back({name + ".rate", "rad/s", {Kind::rate, angle(between[1]), angle(between[0]), false}});
   }

@@ -2,14 +2,16 @@
 // an option:
 //
 //     every period | every 0.1 s  [from 0.02 s]         the period is that of the scene's drive
-//     NAME.angle crosses 30 deg [upwards|downwards|either]
+//     NAME.angle crosses 30 deg [upwards|downwards|either]     or NAME.position crosses 2 mm
 //     each touch [of NAME]                              at each contact onset
 //
-//     BODY.x .y .theta .vx .vy .omega   JOINT.angle .rate   CONTACT.ex .ey .gap .ex_c .ey_c
+//     BODY.x .y .theta .vx .vy .omega   JOINT.angle .position .rate   CONTACT.ex .ey .gap .ex_c .ey_c
 //     phase approach
 //
-// A crossing is defined for coordinates only: BODY.x, .y, .theta or JOINT.angle. A velocity is
-// discontinuous at an impact, so it may pass a value without taking it.
+// JOINT.angle is that of a revolute joint; JOINT.position is that of the second point of a
+// translational joint along its axis, from the first point. A crossing is defined for coordinates
+// only: BODY.x, .y, .theta, JOINT.angle or .position. A velocity is discontinuous at an impact, so it
+// may pass a value without taking it.
 #pragma once
 
 #include <optional>
@@ -34,7 +36,7 @@ struct NamedColumn {
 /// differ.
 std::optional<double> drive_period(const Scene& scene);
 
-/// Columns of the bodies, in this order, and of the revolute joints.
+/// Columns of the bodies, in this order, and of the revolute and translational joints.
 std::vector<NamedColumn> coordinate_columns(const Scene& scene, const std::vector<std::string>& bodies);
 
 /// Parses a section. Throws ModelError about `key` if the text is not a section of this scene.
