@@ -98,7 +98,7 @@ constexpr Word look =
     "set border lw 0.8\n"
     "set tics nomirror scale 0.6\n"
     "set grid lt 1 lc rgb 0xd4d4d4 lw 0.7\n"
-    "set key top right samplen 3 spacing 1.1\n"
+    "set key outside top center horizontal samplen 3 spacing 1.1\n"
     "set pointsize 1\n"
     "set bmargin at screen Y(1.15)\n";
 

@@ -43,14 +43,19 @@ Curves read_curves(const std::filesystem::path& file, const std::string& x, cons
 constexpr Word law_colours[] = {"C1", "C2", "C4", "C5", "C3", "0x888888", "C8"};
 constexpr Word law_dashes[] = {"1", "(14,5)", "(3,4)", "(14,4,3,4)"};
 
+/// Colour, dash and width of a curve.
+Script look_of(std::size_t style) {
+  return Script().add("lc rgb {} dt {} lw 1.4", law_colours[style % std::size(law_colours)],
+                      law_dashes[style % std::size(law_dashes)]);
+}
+
 /// Adds the plot command for all curves of one kind.
 void plot(const Curves& c, bool (*chosen)(const std::string&), Script& script) {
   std::size_t style = 0;
   for (std::size_t i = 0; i < c.names.size(); ++i) {
     if (!chosen(c.names[i])) continue;
-    script.add("{}DATA index {} using 1:2 with lines lc rgb {} dt {} lw 1.4 title {} noenhanced",
-               style == 0 ? Word("plot ") : Word(", "), i, law_colours[style % std::size(law_colours)],
-               law_dashes[style % std::size(law_dashes)], c.names[i]);
+    script.add("{}DATA index {} using 1:2 with lines {} title {} noenhanced",
+               style == 0 ? Word("plot ") : Word(", "), i, look_of(style), c.names[i]);
     ++style;
   }
   script.add("\n");
@@ -141,13 +146,17 @@ std::filesystem::path delivered_restitution(const std::filesystem::path& folder)
 std::filesystem::path friction_laws(const std::filesystem::path& folder) {
   const auto c = read_curves(folder / "friction.csv", "speed", "coefficient", 1e3, 1);
   Figure f{.name = "friction_laws", .blocks = c.blocks, .source = "laws.json"};
-  f.script.add(
-      "set key bottom right Left reverse\nset autoscale xfix\nset yrange [*<-1.1:1.1<*]\nset xlabel "
-      "'sliding speed (mm/s)'\nset ylabel "
-      "'{}'\n",
-      Word("friction force F_T/(µF_N)", "friction force $F_T/(\\mu F_N)$"));
-  plot(c, any, f.script);
-  return draw(f, folder);
+  const ReadTable table(folder / "friction.csv", {}, {"speed", "coefficient"});
+  const Limits speed(table.column("speed")), force(table.column("coefficient"));
+  Panel panel{.title = AxisTitle::of({"friction force F_T/(µF_N)", "friction force $F_T/(\\mu F_N)$"}, ""),
+              .axis = axis_of(std::min(force.least, -1.0), std::max(force.most, 1.0)),
+              .curves = {}};
+  for (std::size_t i = 0; i < c.names.size(); ++i)
+    panel.curves.push_back({Script().add("DATA index {} using 1:2 with lines {}", i, look_of(i)), c.names[i]});
+  return draw_panels(f, folder,
+                     {.abscissa = {AxisTitle::of("sliding speed", "mm/s"), {1e3 * speed.least, 1e3 * speed.most}},
+                      .panels = {std::move(panel)},
+                      .each = 6.5});
 }
 
 std::vector<std::filesystem::path> draw_laws(const std::filesystem::path& folder) {

@@ -52,6 +52,11 @@ std::vector<std::filesystem::path> draw_drift(const std::filesystem::path& folde
                        .each = 4.6})};
 }
 
+/// For a logarithmic axis.
+void hold_positive(Limits& limits, double x) {
+  if (x > 0) limits.hold(x);
+}
+
 // Processor time per step over the size of the mechanism, with the slopes predicted by the
 // algorithms.
 
@@ -59,27 +64,35 @@ std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& fol
   Rows rows(folder / "scaling.csv");
   const auto scene = rows.place("scene"), count = rows.place("count"), cost = rows.place("microseconds"),
              predicted = rows.place("predicted");
-  Figure f{.name = "scaling", .height_cm = 10, .source = "scaling.json"};
+  Figure f{.name = "scaling", .source = "scaling.json"};
   std::vector<std::string> names;
+  Limits counts, costs;
   while (rows.next()) {
     if (names.empty() || names.back() != rows.name(scene)) {
       names.push_back(rows.name(scene));
       f.blocks.emplace_back(names.back() + ": count, processor time (us), predicted (us)");
     }
-    f.blocks.back().row({rows.number(count), rows.number(cost), rows.maybe_number(predicted)});
+    const double n = rows.number(count), own = rows.number(cost), line = rows.maybe_number(predicted);
+    f.blocks.back().row({n, own, line});
+    hold_positive(counts, n);
+    for (const double y : {own, line}) hold_positive(costs, y);
   }
   if (names.empty()) return {};
-  f.script.add(
-      "set logscale xy\nset format y {}\nset xlabel 'Joints, links or bodies'\n"
-      "set ylabel 'Processor time per step (µs)'\nset key top left\nplot ",
-      powers_of_ten);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    f.script.add(
-        "{0}DATA index {1} using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 lc rgb C{2} title {3} noenhanced, "
-        "'' index {1} using 1:3 with lines ls 4 dt 2 {4}",
-        i ? Word(", ") : Word(""), i, i + 1, names[i], i ? Word("notitle") : Word("title 'predicted'"));
-  f.script.add("\n");
-  return {draw(f, folder)};
+  Panel panel{.title = AxisTitle::of("processor time per step", "µs"),
+              .axis = decades_of(costs.least, costs.most),
+              .curves = {}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    panel.curves.push_back(
+        {Script().add("DATA index {0} using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 lc rgb C{1}", i, i + 1),
+         names[i]});
+    panel.curves.push_back({Script().add("DATA index {} using 1:3 with lines ls 4 dt 2", i),
+                            i + 1 < names.size() ? "" : "predicted"});
+  }
+  return {draw_panels(f, folder,
+                      {.abscissa = {AxisTitle::of("joints, links or bodies", ""),
+                                    decades_of(counts.least, counts.most)},
+                       .panels = {std::move(panel)},
+                       .each = 7.5})};
 }
 
 // Work–precision diagrams: error over evaluations of the right-hand side and over CPU time, one
@@ -108,8 +121,8 @@ struct Tradeoff {
   std::vector<std::string> scenes, methods;
 };
 
-/// A note on the formulation that the figure of a scene omits, with the reason; empty if none is
-/// omitted.
+/// A formulation without contact onsets for comparison, which the figure of a scene omits; empty if
+/// none is omitted.
 std::string left_out(const Tradeoff& t, const std::string& name) {
   // `events` of a formulation is NaN throughout if there are no contact onsets to compare; infinity
   // means a missed onset.
@@ -122,50 +135,61 @@ std::string left_out(const Tradeoff& t, const std::string& name) {
   for (const auto& one : family_names())
     if (!assessed.empty() && std::ranges::find(all, one) != all.end() &&
         std::ranges::find(assessed, one) == assessed.end())
-      return fmt::format("{}: omitted, no contact event for comparison", one);
+      return one;
   return "";
 }
 
-/// Adds the panel over CPU time or over right-hand sides. Returns false if there is nothing to
-/// show.
-bool add_panel(const Tradeoff& t, const std::string& name, bool touches, bool time, double model_error,
-               const std::string& omitted, Figure& f) {
+/// The panels over right-hand sides and over CPU time, and their key; no curves if there is nothing to show.
+PanelStack panels_of(const Tradeoff& t, const std::string& name, bool touches, double model_error, Figure& f) {
+  constexpr double least_error = 1e-16;  // a logarithmic axis cannot show zero
   const auto& error = t.table.column(touches ? "events" : "state");
-  const auto& cost = t.table.column(time ? "cpu_s" : "rhs");
-  Script plot;
-  for (std::size_t k = 0; k < t.methods.size(); ++k) {
-    Block block(t.methods[k]);
-    for (std::size_t i = 0; i < t.table.rows(); ++i)
-      if (t.table.text("scene")[i] == name && t.table.text("method")[i] == t.methods[k] &&
-          std::isfinite(error[i]))
-        block.row({time ? 1e3 * cost[i] : cost[i], error[i]});
-    if (block.empty()) continue;
-    plot.add(
-        "{}DATA index {} using 1:($2 > 1e-16 ? $2 : 1e-16) with linespoints lw 1.2 dt {} pt {} lc rgb {} ",
-        plot.empty() ? Word("plot ") : Word(", "), f.blocks.size(), 1 + k % 4, 1 + k,
-        method_colours[k % std::size(method_colours)]);
-    if (time)
-      plot.add("notitle");
-    else
-      plot.add("title {} noenhanced", t.methods[k]);
-    f.blocks.push_back(block);
+  const auto title = touches ? AxisTitle::of("relative error of contact events", "")
+                             : AxisTitle::of("relative error of velocities", "");
+  PanelStack stack{.abscissa = {}, .panels = {}, .each = 6.0, .columns = 2};
+  Limits errors;
+  hold_positive(errors, model_error);
+  for (const bool time : {false, true}) {
+    Panel panel{.title = title, .axis = {}, .curves = {}};
+    Limits costs;
+    for (std::size_t k = 0; k < t.methods.size(); ++k) {
+      Block block(t.methods[k]);
+      for (std::size_t i = 0; i < t.table.rows(); ++i) {
+        if (t.table.text("scene")[i] != name || t.table.text("method")[i] != t.methods[k] ||
+            !std::isfinite(error[i]))
+          continue;
+        const double cost = time ? 1e3 * t.table.column("cpu_s")[i] : t.table.column("rhs")[i];
+        block.row({cost, error[i]});
+        hold_positive(costs, cost);
+        errors.hold(std::max(error[i], least_error));
+      }
+      if (block.empty()) continue;
+      const auto how = Script().add("with linespoints lw 1.2 dt {} pt {} lc rgb {}", 1 + k % 4, 1 + k,
+                                    method_colours[k % std::size(method_colours)]);
+      panel.curves.push_back({Script().add("DATA index {0} using 1:($2 > {1} ? $2 : {1}) {2}", f.blocks.size(),
+                                           least_error, how),
+                              ""});
+      if (!time) stack.key.push_back({how, t.methods[k]});
+      f.blocks.push_back(block);
+    }
+    if (panel.curves.empty()) return stack;
+    if (model_error > 0) {  // due to its finite stiffness
+      constexpr Word how = "with lines lw 1.4 dt (8,5) lc rgb 0x555555";
+      panel.curves.push_back({Script().add("{} {}", model_error, how), ""});
+      if (!time) stack.key.push_back({Script().add("{}", how), "penalty: model error"});
+    }
+    panel.abscissa = {time ? AxisTitle::of("CPU time", "ms") : AxisTitle::of("RHS evaluations", ""),
+                      costs.most > 0 ? decades_of(costs.least, costs.most) : Axis{}};
+    stack.panels.push_back(std::move(panel));
   }
-  if (plot.empty()) return false;
-  f.script.add("unset label 2\n");
-  if (model_error > 0)  // due to its finite stiffness; named in the key
-    plot.add(", {} with lines lw 1.4 dt (8,5) lc rgb 0x555555 {}", model_error,
-             time ? Word("notitle") : Word("title 'penalty: model error'"));
-  if (!omitted.empty())
-    f.script.add("set label 2 {} at graph 0, graph 1.02 font TINY tc rgb 0x555555 noenhanced\n", omitted);
-  f.script.add("set xlabel {}\n{}\nunset ylabel\n", time ? "CPU (ms)" : "RHS evaluations", plot);
-  return true;
+  for (auto& panel : stack.panels) panel.axis = decades_of(errors.least, errors.most);
+  return stack;
 }
 
 std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& folder) {
   const Tradeoff t(folder);
   std::vector<std::filesystem::path> made;
   for (const auto& name : t.scenes) {
-    Figure f{.name = file_name("tradeoff", name), .height_cm = 10.4, .source = "tradeoff.json"};
+    Figure f{.name = file_name("tradeoff", name), .source = "tradeoff.json"};
     if (t.document.find("scenes." + name + ".scene_file"))
       f.scene_file = t.document.text("scenes." + name + ".scene_file");
     bool touches = false;
@@ -173,17 +197,13 @@ std::vector<std::filesystem::path> draw_tradeoff(const std::filesystem::path& fo
       touches = touches || (t.table.text("scene")[i] == name && !std::isnan(t.table.column("events")[i]));
     const auto* model = t.document.find("scenes." + name + ".model_error_of_penalty");
     const double model_error = touches && model && model->is_number() ? model->get<double>() : 0;
-    f.script.add(
-        "set multiplot layout 1,2 margins X(1.8),1-X(0.4),Y(3.1),1-Y(0.5) spacing X(1.6),0\nset logscale "
-        "xy\nset format "
-        "{}\nset key at "
-        "screen 0.5,Y(0.35) center bottom vertical maxrows 4 font SMALL\nset ylabel {}\n",
-        powers_of_ten, touches ? "Error of contact events (relative)" : "Error of velocities (relative)");
-    const auto omitted = left_out(t, name);
-    for (const bool time : {false, true})
-      if (!add_panel(t, name, touches, time, model_error, omitted, f)) break;
-    f.script.add("unset multiplot\n");
-    if (!f.blocks.empty()) made.push_back(draw(f, folder));
+    auto stack = panels_of(t, name, touches, model_error, f);
+    if (stack.panels.empty()) continue;
+    if (const auto omitted = left_out(t, name); !omitted.empty()) {
+      stack.panels.front().name = omitted + ": no contact events";
+      f.caption = fmt::format("{}: omitted, no contact event for comparison.", omitted);
+    }
+    made.push_back(draw_panels(f, folder, std::move(stack)));
   }
   return made;
 }
