@@ -18,7 +18,7 @@ std::string beyond_bounds(const Magnitude* bounds, double x, bool greater_than_z
 std::string wrong_number(double x, const Range& range, const Magnitude* bounds) {
   if (!std::isfinite(x)) return fmt::format("must be finite, is {}", x);
   if (!range.holds(x)) return fmt::format("must be {}, is {}", range.text, x);
-  return beyond_bounds(bounds, x, !range.holds(0));
+  return beyond_bounds(bounds, x, !range.holds(0) && !range.holds(-1));
 }
 
 std::string row_of(const Magnitude& m) {

@@ -135,6 +135,7 @@ TEST_CASE("a freewheel takes no impulse in an impact, and stops the rebound", "[
       test::surface("s", 0.5) + test::stop("limit", "angle-stop", "j", "upper = 0.1\nradius = 0.1\n"));
   for (const auto& way : {test::event_driven, test::fixed_steps(1e-5), test::automatic})
     for (const char* law : {"newton", "poisson"}) {
+      if (way.fixed() && law == std::string_view("poisson")) continue;  // time stepping has Newton's law
       CAPTURE(way.name, law);
       const auto run = test::finished(way, text, {fmt::format("nonsmooth.impact_law=\"{}\"", law)});
       // Fixed steps: the step of the impact, 1e-5 s of 1 rad/s.
