@@ -215,8 +215,8 @@ TEST_CASE("LossyGearDemo1 of the Modelica Standard Library: rolling both ways, a
   for (const auto& way : ways)
     for (const auto& at : list) {
       CAPTURE(way.name, at.t);
-      // Penalty: 1e-6 rad/s of creep. Fixed steps: h² α̇ of five events. Adaptive: tolerance.
-      const double error = way.penalty() || way.fixed() ? 1e-5 : way.chosen() ? 1e-4 : 1e-8;
+      // Penalty: 1e-6 rad/s of creep. Fixed steps: h² α̇ of five events. Adaptive: some hundred steps with errors of 1e-6.
+      const double error = way.penalty() || way.fixed() ? 1e-5 : way.chosen() ? 5e-4 : 1e-8;
       const auto run = test::finished(way, text(at.t));
       CHECK(run.final_state.q[2] == Approx(at.angle).margin(error));
       CHECK(run.final_state.v[2] == Approx(at.speed).margin(error));
