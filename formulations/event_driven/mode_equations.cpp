@@ -238,9 +238,9 @@ double ModeEquations::centripetal_scale(const double* v) const {
 }
 
 void ModeEquations::measure_speeds(const Vector& x) {
-  const double fastest = greatest(x.data() + system.n());
-  speed_tolerance_ = 1e-10 * speed_scale_ + 1e-14 * fastest;
-  slide_tolerance_ = 1e-7 * speed_scale_ + 1e-12 * fastest;
+  fastest_ = std::max(fastest_, greatest(x.data() + system.n()));
+  speed_tolerance_ = 1e-10 * speed_scale_ + 1e-14 * fastest_;
+  slide_tolerance_ = 1e-7 * speed_scale_ + 1e-12 * fastest_;
 }
 
 }  // namespace freeplay

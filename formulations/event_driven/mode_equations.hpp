@@ -254,12 +254,13 @@ class ModeEquations {
   void serialize(M& m) {
     for (auto& c : contacts) m(c);
     for (auto& p : preloaded) m(p);
-    m(phases, saddle, speed_tolerance_, slide_tolerance_, a, work, extremes);
+    m(phases, saddle, speed_tolerance_, slide_tolerance_, fastest_, a, work, extremes);
   }
 
  private:
   RowFacts facts_;
   double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
+  double fastest_ = 0;  // m/s, the greatest speed so far: where all bodies reverse together, the present one vanishes
   Vector placed_;  // q and t of the evaluation e
   double placed_t_ = __builtin_nan("");
 };

@@ -101,6 +101,7 @@ std::vector<Push> pushes(const Mechanism& mechanism, const System& system, const
   system.rate(start.q.data(), start.v.data(), e);
   std::vector<double> z = start.z;
   z.resize(static_cast<std::size_t>(system.states()));
+  if (!system.sampled().empty()) system.sample(start.t, start.q.data(), start.v.data(), z.data());
   system.forces(start.t, start.q.data(), start.v.data(), z.data(), e, {});
   for (std::size_t i = 0; i < n; ++i) {
     const double force = std::abs(e.force[i]);
