@@ -98,7 +98,8 @@ AxisTitle title_of(const std::vector<ColumnFormula>& formulas, const std::string
 
 AxisTitle title_of_column(const std::string& column, const std::string& unit) {
   return title_of(
-      {{.text = column, .unit = "", .columns = {{column, "", "", "", quantity_of_column(column, unit)}}}}, unit);
+      {{.text = column, .unit = "", .columns = {{column, "", "", "", quantity_of_column(column, unit)}}}},
+      unit);
 }
 
 AxisTitle title_of_number(const std::string& path, const std::string& unit) {

@@ -15,6 +15,7 @@ constexpr double between = 0.28;  // panels without texts between them
 constexpr double key_line = 0.34, name_line = 0.36;
 constexpr double tic_line = 0.42;  // labels of a horizontal axis
 constexpr double least_panel = 1.1;
+constexpr double small = 0.88;              // size of SMALL letters
 constexpr double second_line = 0.12;        // more room for a title of two lines
 constexpr double bar_gap = 0.2, bar = 0.3;  // scale of colours
 constexpr std::size_t sample = 5;           // letters that gnuplot adds to a title of a key: sample and gaps
@@ -141,7 +142,16 @@ class Grid {
     return key_grid(titles_of(stack_.panels[i].curves), plot() / letter_width);
   }
   /// The key of the whole figure, and its height with the gap below.
-  KeyGrid top_key() const { return key_grid(titles_of(stack_.key), (width_ - 4 * edge) / letter_width); }
+  KeyGrid top_key() const {
+    return key_grid(titles_of(stack_.key), (width_ - 4 * edge) / (letter_width * (small_key() ? small : 1)));
+  }
+  /// Whether the key has several columns in small letters only.
+  bool small_key() const {
+    const auto titles = titles_of(stack_.key);
+    const double room = (width_ - 4 * edge) / letter_width;
+    return titles.size() > 1 && key_grid(titles, room).columns == 1 &&
+           key_grid(titles, room / small).columns > 1;
+  }
   double top() const { return stack_.key.empty() ? 0 : key_line * static_cast<double>(top_key().rows) + 0.1; }
 
   /// From the top of a band to its first text.
@@ -213,9 +223,10 @@ void Grid::add(Script& script) const {
         "1\nset bmargin at screen 0\n"
         "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nset key at screen 0.5, screen 1 - "
         "Y({1:.4g}) center top "
-        "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1\n{4}set border\nset xtics nomirror\nset "
-        "ytics nomirror\n",
-        edge, 0.1, key.columns, key.rows, curves_of(stack_.key, letters_in(width_) - sample, true));
+        "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1{5}\n{4}set border\nset xtics nomirror\nset "
+        "ytics nomirror\n{6}",
+        edge, 0.1, key.columns, key.rows, curves_of(stack_.key, letters_in(width_) - sample, true),
+        small_key() ? Word(" font SMALL") : Word(""), small_key() ? Word("set key font ''\n") : Word(""));
   }
   double down = top(), right = 0;
   for (std::size_t i = 0; i < stack_.panels.size(); ++i) {

@@ -152,11 +152,13 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
               .axis = axis_of(std::min(force.least, -1.0), std::max(force.most, 1.0)),
               .curves = {}};
   for (std::size_t i = 0; i < c.names.size(); ++i)
-    panel.curves.push_back({Script().add("DATA index {} using 1:2 with lines {}", i, look_of(i)), c.names[i]});
-  return draw_panels(f, folder,
-                     {.abscissa = {AxisTitle::of("sliding speed", "mm/s"), {1e3 * speed.least, 1e3 * speed.most}},
-                      .panels = {std::move(panel)},
-                      .each = 6.5});
+    panel.curves.push_back(
+        {Script().add("DATA index {} using 1:2 with lines {}", i, look_of(i)), c.names[i]});
+  return draw_panels(
+      f, folder,
+      {.abscissa = {AxisTitle::of("sliding speed", "mm/s"), {1e3 * speed.least, 1e3 * speed.most}},
+       .panels = {std::move(panel)},
+       .each = 6.5});
 }
 
 std::vector<std::filesystem::path> draw_laws(const std::filesystem::path& folder) {

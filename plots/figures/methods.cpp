@@ -88,11 +88,11 @@ std::vector<std::filesystem::path> draw_scaling(const std::filesystem::path& fol
     panel.curves.push_back({Script().add("DATA index {} using 1:3 with lines ls 4 dt 2", i),
                             i + 1 < names.size() ? "" : "predicted"});
   }
-  return {draw_panels(f, folder,
-                      {.abscissa = {AxisTitle::of("joints, links or bodies", ""),
-                                    decades_of(counts.least, counts.most)},
-                       .panels = {std::move(panel)},
-                       .each = 7.5})};
+  return {draw_panels(
+      f, folder,
+      {.abscissa = {AxisTitle::of("joints, links or bodies", ""), decades_of(counts.least, counts.most)},
+       .panels = {std::move(panel)},
+       .each = 7.5})};
 }
 
 // Work–precision diagrams: error over evaluations of the right-hand side and over CPU time, one
@@ -140,7 +140,8 @@ std::string left_out(const Tradeoff& t, const std::string& name) {
 }
 
 /// The panels over right-hand sides and over CPU time, and their key; no curves if there is nothing to show.
-PanelStack panels_of(const Tradeoff& t, const std::string& name, bool touches, double model_error, Figure& f) {
+PanelStack panels_of(const Tradeoff& t, const std::string& name, bool touches, double model_error,
+                     Figure& f) {
   constexpr double least_error = 1e-16;  // a logarithmic axis cannot show zero
   const auto& error = t.table.column(touches ? "events" : "state");
   const auto title = touches ? AxisTitle::of("relative error of contact events", "")
@@ -165,8 +166,8 @@ PanelStack panels_of(const Tradeoff& t, const std::string& name, bool touches, d
       if (block.empty()) continue;
       const auto how = Script().add("with linespoints lw 1.2 dt {} pt {} lc rgb {}", 1 + k % 4, 1 + k,
                                     method_colours[k % std::size(method_colours)]);
-      panel.curves.push_back({Script().add("DATA index {0} using 1:($2 > {1} ? $2 : {1}) {2}", f.blocks.size(),
-                                           least_error, how),
+      panel.curves.push_back({Script().add("DATA index {0} using 1:($2 > {1} ? $2 : {1}) {2}",
+                                           f.blocks.size(), least_error, how),
                               ""});
       if (!time) stack.key.push_back({how, t.methods[k]});
       f.blocks.push_back(block);

@@ -303,8 +303,7 @@ struct StateFunction {
   }
 };
 
-/// Coordinates of joints and errors of controllers, from the columns of the bodies in trajectory.csv.
-static void add_state_functions(const Scene& scene, std::vector<Column>& all) {
+void add_state_functions(const Scene& scene, std::vector<Column>& all) {
   constexpr const char* file = "trajectory.csv";
   const auto& mechanism = scene.mechanism;
   std::vector<std::string> bodies;
@@ -325,7 +324,8 @@ static void add_state_functions(const Scene& scene, std::vector<Column>& all) {
         function.parts.emplace_back(part, 3 * b + k % 3 + k / 3 * function.size);
       }
     }
-    all.push_back({name, file, "", unit, quantity, std::make_shared<const StateFunction>(std::move(function))});
+    all.push_back(
+        {name, file, "", unit, quantity, std::make_shared<const StateFunction>(std::move(function))});
   };
   const auto coordinates = coordinate_columns(scene, bodies);
   for (const auto& joint : mechanism.joints)
@@ -338,8 +338,8 @@ static void add_state_functions(const Scene& scene, std::vector<Column>& all) {
       if constexpr (std::is_base_of_v<ControlLaw, D>) {
         const auto& measured = mechanism.joints[static_cast<std::size_t>(d.fed_back())];
         const bool slides = std::holds_alternative<TranslationalJoint>(measured);
-        const auto c = std::ranges::find(
-            coordinates, name_of(measured) + (slides ? ".position" : ".angle"), &NamedColumn::name);
+        const auto c = std::ranges::find(coordinates, name_of(measured) + (slides ? ".position" : ".angle"),
+                                         &NamedColumn::name);
         if (c != coordinates.end())
           add(d.name + ".error", c->unit, {"control error", "e"}, bodies_of(measured), c->column,
               d.course(mechanism));

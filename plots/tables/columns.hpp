@@ -64,6 +64,9 @@ struct Column {
   std::string element() const;
 };
 
+/// Adds coordinates of joints and errors of controllers to a list with the columns of trajectory.csv.
+void add_state_functions(const Scene& scene, std::vector<Column>& all);
+
 /// A column, or an expression of columns.
 struct ColumnFormula {
   std::string text;  ///< name or expression

@@ -43,6 +43,7 @@ std::vector<plots::Column> columns_to_be(const Scene& scene, const std::string& 
   if (scene.run.forces)
     for (const auto& c : force_columns(layout))
       if (c.of != Column::Of::time) add(c.name(), "forces.csv");
+  plots::add_state_functions(scene, list);
   for (const auto& c : layout.channels) add(c, "signals.csv");
   return list;
 }

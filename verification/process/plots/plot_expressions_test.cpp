@@ -1,4 +1,6 @@
 // `freeplay plot`: expressions of columns, folded over the crank angle, in the requested units and style.
+#include <complex>
+
 #include "plots/drawing/style.hpp"
 #include "plots/tables/columns.hpp"
 #include "verification/support/rig.hpp"
@@ -32,6 +34,37 @@ void write_turns(const std::filesystem::path& folder) {
   write_file(folder / "forces.csv", forces);
 }
 
+/// A guide along the axis a = 0.6 + 0.8 i of a turning body b, as complex numbers: the angle of b is
+/// θ = 0.5 + 0.3 t, the position of c on the guide s = 0.2 + 0.1 t². With the points s_b and s_c of the joint,
+/// c is at e^{iθ} (s_b + a s − s_c). Controllers hold θ at 0.4 sin 2πt and s at 0.3 m.
+void write_guide(const std::filesystem::path& folder) {
+  using Complex = std::complex<double>;
+  make_folder(folder);
+  const auto scene =
+      test::body("b", 1, 1) + test::body("c", 1, 1) + test::pin("p", "ground", "b") +
+      test::guide("g", "b", "c", {0.6, 0.8}, {0.1, 0.2}, {0.05, -0.02}) + test::harmonic("wave", 0.4, 1.0) +
+      test::drive("hold", "p", "target_angle = \"wave\"\nproportional = 1.0\n") +
+      test::drive("feed", "g", "target_position = 0.3\nproportional = 1.0\n") + test::run_for(1);
+  write_file(folder / "run.json", nlohmann::json{{"formulation", "penalty"},
+                                                 {"provenance",
+                                                  {{"version", "0"},
+                                                   {"commit", "none"},
+                                                   {"scene_file", (folder / "scene.toml").string()},
+                                                   {"scene", scene},
+                                                   {"overrides", nlohmann::json::array()}}}}
+                                      .dump());
+  std::string trajectory = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega,c.x,c.y,c.theta,c.vx,c.vy,c.omega\n";
+  const Complex a{0.6, 0.8}, i{0, 1}, arms = Complex{0.1, 0.2} - Complex{0.05, -0.02};
+  for (int k = 0; k <= 8; ++k) {
+    const double t = 0.125 * k, angle = 0.5 + 0.3 * t;
+    const auto turn = std::polar(1.0, angle), c = turn * (arms + a * (0.2 + 0.1 * t * t)),
+               rate = i * 0.3 * c + turn * a * (0.2 * t);
+    trajectory += fmt::format("{},0,0,{},0,0,0.3,{},{},{},{},{},0.3\n", t, angle, c.real(), c.imag(), angle,
+                              rate.real(), rate.imag());
+  }
+  write_file(folder / "trajectory.csv", trajectory);
+}
+
 /// The first two numbers of the rows of a figure's data.
 std::vector<std::pair<double, double>> rows_of(const std::filesystem::path& file) {
   std::vector<std::pair<double, double>> rows;
@@ -61,6 +94,39 @@ TEST_CASE("a run has the coordinates of its joints, named as in sections", "[fig
     CHECK(angle.y[i] == Approx(2 * std::numbers::pi * angle.x[i]));
     CHECK(twice.y[i] == Approx(4 * std::numbers::pi * angle.x[i]));
     CHECK(rate.y[i] == Approx(2 * std::numbers::pi));
+  }
+}
+
+TEST_CASE("a run has the positions of its guides and the errors of its controllers", "[figures][plot]") {
+  test::TemporaryFolder folder;
+  write_guide(folder.path() / "run");
+  const plots::RunColumns run(folder.path() / "run");
+  const auto& all = run.all();
+  for (const auto& [name, unit] : {std::pair{"g.position", "m"},
+                                   {"g.rate", "m/s"},
+                                   {"p.angle", "rad"},
+                                   {"hold.error", "rad"},
+                                   {"feed.error", "m"}}) {
+    CAPTURE(name);
+    REQUIRE(run.find(name));
+    CHECK(run.find(name)->unit == unit);
+  }
+  CHECK_FALSE(run.find("g.angle"));
+  CHECK_FALSE(run.find("p.position"));
+  CHECK(*run.find("g.rate")->quantity.name.text() == 'v');
+  const auto read = [&](const char* y) {
+    return run.read(plots::formula_of("t", all), plots::formula_of(y, all), -INFINITY, INFINITY, {});
+  };
+  const auto place = read("g.position"), rate = read("g.rate"), feed = read("feed.error"),
+             hold = read("hold.error"), sum = read("feed.error + g.position");
+  REQUIRE(place.x.size() == 9);
+  for (std::size_t k = 0; k < place.x.size(); ++k) {
+    const double t = place.x[k], s = 0.2 + 0.1 * t * t;
+    CHECK(place.y[k] == Approx(s).margin(1e-14));
+    CHECK(rate.y[k] == Approx(0.2 * t).margin(1e-14));
+    CHECK(feed.y[k] == Approx(0.3 - s).margin(1e-14));
+    CHECK(hold.y[k] == Approx(0.4 * std::sin(2 * std::numbers::pi * t) - (0.5 + 0.3 * t)).margin(1e-14));
+    CHECK(sum.y[k] == Approx(0.3).margin(1e-14));
   }
 }
 

@@ -113,6 +113,28 @@ TEST_CASE("a pendulum's section lies on its energy curve", "[section]") {
   }
 }
 
+TEST_CASE("a position on a turning guide is a coordinate of sections", "[section]") {
+  // Without friction on a guide that turns at Ω: s'' = Ω² s. Released at rest on the guide at s₀,
+  // s = s₀ cosh Ωt: it passes 2 s₀ at t = arcosh(2)/Ω, at the rate √3 Ω s₀. An error at the start grows at
+  // most twofold until then.
+  const double omega = 2, from = 0.1;
+  const std::string text =
+      test::body("b", 1.0, 1.0, "position = [0.0, 0.0]\nangular_velocity = 2.0\n") +
+      test::body("c", 1.0, 1.0, "position = [0.1, 0.0]\nvelocity = [0.0, 0.2]\nangular_velocity = 2.0\n") +
+      test::pin("pivot", "ground", "b") + test::guide("guide", "b", "c") +
+      test::motor("spin", "pivot", omega) + test::run_for(1, "discard = 0\nstart = \"given\"\n");
+  for (const auto& way : ways) {
+    CAPTURE(way.formulation, way.set);
+    const auto scene = parse_scene(text, "guide", way.sets("nonsmooth.step=1e-4"));
+    const auto run = section_of(scene, way.formulation, "guide.position crosses 200 mm upwards",
+                                {"guide.position", "guide.rate"});
+    REQUIRE(run.size() == 1);
+    CHECK(run.t[0] == Approx(std::acosh(2.0) / omega).epsilon(4 * way.accuracy));
+    CHECK(run.at(0, 0) == Approx(2 * from).margin(1e-12));
+    CHECK(run.at(0, 1) == Approx(std::sqrt(3.0) * omega * from).epsilon(4 * way.accuracy));
+  }
+}
+
 TEST_CASE("a motion that reverses within a step gives two crossings or none", "[section]") {
   // An undamped oscillator reaches X = 0.3 m at whole periods: it is above X(1 − 1e-6) for
   // 2√(2e-6)/ω = 5.7e-4 s around them, far within a step of the integrator. The error over 10 s, of
