@@ -80,3 +80,27 @@ TEST_CASE("tics of an axis are few and short", "[figures][plot]") {
   CHECK(plots::key_grid({"penalty", "nonsmooth", "ideal joint"}, 50).rows == 1);
   CHECK(plots::key_grid({"penalty", "nonsmooth", "ideal joint"}, 35).rows == 2);
 }
+
+TEST_CASE("the key of a single-column figure has two columns, in small letters if need be", "[figures]") {
+  // On 84 mm a key has 8.4 − 4·0.12 = 7.92 cm; a title needs its letters and five more, of 0.157 cm each:
+  // twelve letters 2.67 cm, and 23 letters 4.40 cm, which in small letters (0.88) are 3.87 cm.
+  plots::Style style;
+  style.width = 84;
+  const auto script_for = [&](std::size_t length) {
+    plots::PanelStack stack{
+        .abscissa = {plots::time_title(), {0, 1}},
+        .panels = {{.title = plots::AxisTitle::of("gap", "m"), .axis = {0, 1}, .curves = {}}}};
+    stack.panels[0].curves.push_back({plots::Script().add("x with lines"), ""});
+    for (std::size_t i = 0; i < 9; ++i)
+      stack.key.push_back({plots::Script().add("with lines"), std::string(length, 'k')});
+    plots::Figure figure{.name = "keyed"};
+    plots::add_panels(figure, style, stack);
+    CHECK(figure.width_cm == Approx(8.4));
+    return figure.script.text();
+  };
+  const auto usual = script_for(12), narrow = script_for(23), widest = script_for(30);
+  CHECK_THAT(usual, Contains("maxcols 2 maxrows 5") && !Contains("font SMALL"));
+  CHECK_THAT(narrow, Contains("maxcols 2 maxrows 5") && Contains("spacing 1 font SMALL") &&
+                         Contains("set key font ''"));
+  CHECK_THAT(widest, Contains("maxcols 1 maxrows 9") && !Contains("font SMALL"));
+}
