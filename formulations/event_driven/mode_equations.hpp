@@ -260,7 +260,8 @@ class ModeEquations {
  private:
   RowFacts facts_;
   double speed_scale_, speed_tolerance_ = 0, slide_tolerance_ = 0;
-  double fastest_ = 0;  // m/s, the greatest speed so far: where all bodies reverse together, the present one vanishes
+  double fastest_ =
+      0;  // m/s, the greatest speed so far: where all bodies reverse together, the present one vanishes
   Vector placed_;  // q and t of the evaluation e
   double placed_t_ = __builtin_nan("");
 };
