@@ -108,4 +108,29 @@ void Draft::finish(double until) {
   scene.text = text;
 }
 
+double stop_stiffness(Draft& out, double inertia, double arm_squared, double time) {
+  const double ks = exact(inertia / arm_squared * std::pow(std::numbers::pi / time, 2));
+  out.contact = std::numbers::pi * std::sqrt(inertia / (arm_squared * ks));
+  return ks;
+}
+
+void moving(Draft& out, std::size_t coordinate, reference::OneCoordinate one, double stiffness,
+            double exponent, double arm) {
+  one.rest = 1e-7 * out.scene.speed / arm;
+  Moving m{coordinate, one, one};
+  for (auto& w : m.compliant.walls) w.stiffness = stiffness, w.exponent = exponent;
+  m.compliant.rest = exact(1e-3 * out.scene.speed) / arm;
+  out.scene.moving.push_back(std::move(m));
+}
+
+void finish_moving(Draft& out, double duration) {
+  out.finish(duration);
+  for (auto& m : out.scene.moving) {
+    m.rigid.step = m.compliant.step = out.scene.shortest / 400;
+    m.compliant.step_in_contact =
+        std::min(std::isfinite(out.contact) ? out.contact / 200 : INFINITY, m.rigid.step);
+    m.rigid.step_in_contact = m.rigid.step;
+  }
+}
+
 }  // namespace freeplay::verification::random_scenes

@@ -184,6 +184,18 @@ class Draft {
   int bodies_ = 0, joints_ = 0, contacts_ = 0, loads_ = 0, drives_ = 0, curves_ = 0;
 };
 
+// References of coordinates between walls, by references/one_coordinate.hpp.
+
+/// Stiffness (N/m) of a stop at which an inertia on an arm of that square stays in contact for
+/// `time`, which is recorded.
+double stop_stiffness(Draft& out, double inertia, double arm_squared, double time);
+/// Adds the reference of a coordinate between walls for both formulations: stiffness over inertia
+/// and exponent of the compliant ones. An angle moves contacts on an arm.
+void moving(Draft& out, std::size_t coordinate, reference::OneCoordinate one, double stiffness,
+            double exponent, double arm = 1);
+/// Ends the scene, whose times set the steps of the references.
+void finish_moving(Draft& out, double duration);
+
 // The kinds of random scenes: each draws one scene.
 
 /// @name Without a reference: free bodies (free.cpp)
@@ -269,6 +281,23 @@ void pushed(Draw& draw, Draft& out);
 void barrier(Draw& draw, Draft& out);
 /// One-sided springs and bump stops.
 void one_way(Draw& draw, Draft& out);
+///@}
+/// @name With a reference for every row: single elements (coupled.cpp, shaped.cpp)
+///@{
+/// Two joints in a ratio: ideal, with backlash, elastic.
+void ratio_trains(Draw& draw, Draft& out);
+/// A rotor on a freewheel, against the ground or a turning drum.
+void freewheels(Draw& draw, Draft& out);
+/// Oscillators with friction of fixed bound and a static peak.
+void stribeck(Draw& draw, Draft& out);
+/// Two gears with losses.
+void mesh_losses(Draw& draw, Draft& out);
+/// A disc against an outline, at rest or turning.
+void outlines(Draw& draw, Draft& out);
+/// A rotor or slider under a sampled controller.
+void sampled_loops(Draw& draw, Draft& out);
+/// Balls whose restitution depends on the approach speed, on a floor or a moved table.
+void yielding(Draw& draw, Draft& out);
 ///@}
 /// @name With a reference for every row: touching bodies (touching.cpp)
 ///@{

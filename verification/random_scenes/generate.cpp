@@ -12,6 +12,7 @@ struct Kind {
   void (*make)(Draw&, Draft&);
   int weight;  ///< frequency, relative to the sum of its suite
   Suite suite = Suite::agreement;
+  const char* set = nullptr;  ///< the selection that contains it; nullptr: that of its suite
 };
 constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
                               {"cluster", cluster, 2},
@@ -46,13 +47,20 @@ constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
                               {"one-way", one_way, 3, Suite::rows},
                               {"column", touching_column, 2, Suite::rows},
                               {"row", touching_row, 2, Suite::rows},
-                              {"grid", touching_grid, 1, Suite::rows}};
+                              {"grid", touching_grid, 1, Suite::rows},
+                              {"ratio-trains", ratio_trains, 1, Suite::rows, "elements"},
+                              {"freewheels", freewheels, 1, Suite::rows, "elements"},
+                              {"stribeck", stribeck, 1, Suite::rows, "elements"},
+                              {"mesh-losses", mesh_losses, 1, Suite::rows, "elements"},
+                              {"outlines", outlines, 1, Suite::rows, "elements"},
+                              {"sampled", sampled_loops, 1, Suite::rows, "elements"},
+                              {"yielding", yielding, 1, Suite::rows, "elements"}};
 
 std::vector<Kind> selected(const std::string& selection) {
   std::vector<Kind> list;
   const auto add = [&](Suite suite, const std::string& name, const char* all) {
     for (const auto& k : all_kinds)
-      if (k.suite == suite && (name == all || name == k.name)) list.push_back(k);
+      if (k.suite == suite && (name == (k.set ? k.set : all) || name == k.name)) list.push_back(k);
   };
   if (selection.empty()) add(Suite::agreement, "", "");
   std::istringstream in(selection);
@@ -61,9 +69,9 @@ std::vector<Kind> selected(const std::string& selection) {
     add(Suite::rows, name, "new");
     add(Suite::flexible, name, "flexible");
     if (list.size() == before)
-      throw std::invalid_argument(
-          fmt::format("there is no kind of random scene \"{}\"; there are: new, {}, and flexible, {}", name,
-                      fmt::join(kinds(Suite::rows), ", "), fmt::join(kinds(Suite::flexible), ", ")));
+      throw std::invalid_argument(fmt::format(
+          "there is no kind of random scene \"{}\"; there are: new, elements, {}, and flexible, {}", name,
+          fmt::join(kinds(Suite::rows), ", "), fmt::join(kinds(Suite::flexible), ", ")));
     if (list.back().suite != list.front().suite)
       throw std::invalid_argument("flexible kinds of random scenes are not mixed with those of known rows");
   }

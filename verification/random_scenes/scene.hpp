@@ -5,8 +5,9 @@
 // notes. Scenes of the second set have a reference for every row of the trajectory that does not
 // use a solver of the program: prescribed coordinates follow the curve itself, one coordinate
 // between moving walls a small independent integrator (references/one_coordinate.hpp), rows of
-// touching bodies a closed form (references/touching_row.hpp), and energy applies where no element
-// adds or dissipates it. Coordinates without any of these references are compared with event-driven
+// touching bodies a closed form (references/touching_row.hpp), coordinates of single elements the
+// law of the element (references/dry_coordinate.hpp, disc_on_outline.hpp, sampled_loop.hpp), and
+// energy applies where no element adds or dissipates it. Coordinates without any of these references are compared with event-driven
 // integration at a tight tolerance.
 #pragma once
 
@@ -46,6 +47,14 @@ struct Moving {
   reference::OneCoordinate rigid, compliant;
 };
 
+/// A coordinate with a law of its own, by its rows at instants under a change of the reference.
+struct Derived {
+  std::size_t coordinate = 0;
+  std::function<reference::OneCoordinate::Rows(Family, const std::vector<double>& instants,
+                                               const reference::Change&)>
+      rows;
+};
+
 /// Bodies on one line: coordinate 3 i + along of body first + i.
 struct BodiesInLine {
   std::size_t first = 0, along = 1;
@@ -72,6 +81,7 @@ struct RandomScene {
   bool penalty = true;      ///< the penalty formulation has a model of it
   std::vector<Prescribed> prescribed = {};
   std::vector<Moving> moving = {};
+  std::vector<Derived> derived = {};
   std::optional<BodiesInLine> line = {};
   /// Coordinates that are compared with event-driven integration at a tight tolerance.
   std::vector<std::size_t> others = {};
@@ -86,8 +96,9 @@ inline constexpr int rows = 1000;
 
 /// Names of the kinds of a suite.
 std::vector<std::string> kinds(Suite suite);
-/// A scene of the kinds of the first set, or of those that `selection` names in the second: "new"
-/// for all, or a list with commas.
+/// A scene of the kinds of the first set, or of those that `selection` names in the second: "new" for
+/// all of bodies on curves, forces and touching bodies, "elements" for all of single elements, or a list
+/// with commas.
 RandomScene draw(std::uint64_t seed, int index, const std::string& selection = "");
 
 /// A method of running a scene: a formulation with a scheme or an integrator.

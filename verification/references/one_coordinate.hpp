@@ -32,6 +32,17 @@ struct MovingWall {
   double side = 1;                          ///< 1: x is above it
   double restitution = 1;
   double stiffness = 0, exponent = 1.5;  ///< K/m of a compliant wall; 0: rigid
+  /// e of an approach speed, in place of `restitution`
+  std::function<double(double)> by_speed = {};
+
+  double restitution_at(double approach) const { return by_speed ? by_speed(approach) : restitution; }
+};
+
+/// A change of a reference: a finer step, another start, or greater loads.
+struct Change {
+  double fine = 1;      ///< factor of its steps
+  double x = 0, v = 0;  ///< added to the start
+  double load = 0;      ///< relative, of accelerations
 };
 
 struct OneCoordinate {
@@ -53,6 +64,17 @@ struct OneCoordinate {
     long impacts = 0;
     double first_contact = INFINITY;  ///< s
   };
+
+  OneCoordinate under(const Change& c) const {
+    auto one = *this;
+    one.step *= c.fine, one.step_in_contact *= c.fine;
+    one.x += c.x, one.v += c.v;
+    if (c.load != 0)
+      one.acceleration = [a = acceleration, more = 1 + c.load](double t, double x_, double v_) {
+        return more * a(t, x_, v_);
+      };
+    return one;
+  }
 
   Rows at(const std::vector<double>& instants, long most_steps = 1'000'000) const {
     Rows rows;
@@ -97,7 +119,7 @@ struct OneCoordinate {
     void entered(double speed, const MovingWall& wall) {
       inside = true, eased = false;
       v0 = speed;
-      chi = static_cast<double>(exact_chi(wall.restitution));
+      chi = static_cast<double>(exact_chi(wall.restitution_at(speed)));
     }
   };
 
@@ -233,11 +255,12 @@ struct OneCoordinate {
       ++rows.impacts;
       const auto at_wall = wall.place(p.t);
       p.x = at_wall.y;
-      p.v = at_wall.slope + wall.side * wall.restitution * std::max(approach, 0.0);
+      const double e = wall.restitution_at(std::max(approach, 0.0));
+      p.v = at_wall.slope + wall.side * e * std::max(approach, 0.0);
       // Flights no higher than the rounding of a position do not count.
       const double a = std::abs(acceleration(p.t, p.x, p.v) - at_wall.bend);
       const double slow = std::max(rest, 4 * std::sqrt(2 * a * 8e-16 * std::abs(p.x)));
-      if (wall.restitution * approach <= slow && pressed(which, p)) {
+      if (e * approach <= slow && pressed(which, p)) {
         c.held = true;
         p.v = at_wall.slope;
       }

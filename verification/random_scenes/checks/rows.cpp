@@ -44,27 +44,30 @@ void check(ExpectedRows& e, std::span<const double> finer) {
 
 constexpr double nudge = 1e-7;  // relative change of parameters
 
-ExpectedRows expected_of(const Moving& m, Family family, const std::vector<double>& instants) {
-  const auto& one = family == Family::penalty ? m.compliant : m.rigid;
-  auto finer = one;
-  finer.step *= 0.5, finer.step_in_contact *= 0.5;
-  const auto base = one.at(instants), fine = finer.at(instants);
-  ExpectedRows e{m.coordinate, fine.x, fine.v};
+/// Expected values by a reference, as found under a change of it.
+ExpectedRows expected_by(
+    std::size_t coordinate,
+    const std::function<reference::OneCoordinate::Rows(const reference::Change&)>& found) {
+  const auto base = found({}), fine = found({.fine = 0.5});
+  ExpectedRows e{coordinate, fine.x, fine.v};
   check(e, base.x);
   measure(e);
-  auto moved = one, faster = one, heavier = one;
-  moved.x += nudge * e.X;
-  faster.v += nudge * e.V;
+  e.sensitivity.assign(e.x.size(), 0);
+  twin(e, found({.x = nudge * e.X}).x, nudge);
+  twin(e, found({.v = nudge * e.V}).x, nudge);
   // After a state of rest, the motion no longer depends on the start, but it still depends on the
   // loads. The sensitivity therefore includes a change of the acceleration.
-  heavier.acceleration = [a = one.acceleration](double t, double x, double v) {
-    return (1 + nudge) * a(t, x, v);
-  };
-  e.sensitivity.assign(e.x.size(), 0);
-  twin(e, moved.at(instants).x, nudge);
-  twin(e, faster.at(instants).x, nudge);
-  twin(e, heavier.at(instants).x, nudge);
+  twin(e, found({.load = nudge}).x, nudge);
   return e;
+}
+ExpectedRows expected_of(const Moving& m, Family family, const std::vector<double>& instants) {
+  const auto& one = family == Family::penalty ? m.compliant : m.rigid;
+  return expected_by(m.coordinate,
+                     [&](const reference::Change& change) { return one.under(change).at(instants); });
+}
+ExpectedRows expected_of(const Derived& d, Family family, const std::vector<double>& instants) {
+  return expected_by(d.coordinate,
+                     [&](const reference::Change& change) { return d.rows(family, instants, change); });
 }
 
 std::vector<ExpectedRows> expected_of(const BodiesInLine& r, Family family,
@@ -299,6 +302,7 @@ std::vector<ExpectedRows> expected_of(const RandomScene& scene, Family family) {
   const auto instants = instants_of(scene);
   std::vector<ExpectedRows> list;
   for (const auto& m : scene.moving) list.push_back(expected_of(m, family, instants));
+  for (const auto& d : scene.derived) list.push_back(expected_of(d, family, instants));
   if (scene.line && knows(*scene.line, family))
     for (auto& e : expected_of(*scene.line, family, instants)) list.push_back(std::move(e));
   for (auto& e : expected_of_runs(scene, family)) list.push_back(std::move(e));
@@ -328,7 +332,9 @@ Verdict KnownRows::assess(const Way& way, const std::function<void(Sight&)>& fal
   };
   const auto bounds = bounds_of(scene_, way, run);
   auto c = compared(bounds);
-  if (known_.size() < scene_.moving.size() + scene_.others.size() + (scene_.line ? 1 : 0)) c.known = 0;
+  if (known_.size() <
+      scene_.moving.size() + scene_.derived.size() + scene_.others.size() + (scene_.line ? 1 : 0))
+    c.known = 0;
   Verdict v{.known = c.known, .cpu = run.cpu_seconds};
   const bool failed = run.ending.status == Ending::Status::failed;
   const auto note =

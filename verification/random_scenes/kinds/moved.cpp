@@ -66,42 +66,12 @@ OneCoordinate beside(const Motion& motion, double x, double v) {
   return one;
 }
 
-/// Stiffness (N/m) of a stop at which an inertia on an arm of that square stays in contact for
-/// `time`, which is recorded.
-double stop_stiffness(Draft& out, double inertia, double arm_squared, double time) {
-  const double ks = exact(inertia / arm_squared * std::pow(pi / time, 2));
-  out.contact = pi * std::sqrt(inertia / (arm_squared * ks));
-  return ks;
-}
-
 void spring(Draft& out, const std::string& from, const std::string& to, Vec2 at, double stiffness,
             double free) {
   out.table("loads.spring",
             toml("type = 'spring-damper'\nbetween = ['{}', '{}']\nat = [{}, [0, 0]]\nstiffness = {}\n"
                  "free_length = {}\n",
                  from, to, at, stiffness, free));
-}
-
-/// Adds the reference of a coordinate between walls for both formulations: stiffness over inertia
-/// and exponent of the compliant ones. An angle moves contacts on an arm.
-void moving(Draft& out, std::size_t coordinate, OneCoordinate one, double stiffness, double exponent,
-            double arm = 1) {
-  one.rest = 1e-7 * out.scene.speed / arm;
-  Moving m{coordinate, one, one};
-  for (auto& w : m.compliant.walls) w.stiffness = stiffness, w.exponent = exponent;
-  m.compliant.rest = exact(1e-3 * out.scene.speed) / arm;
-  out.scene.moving.push_back(std::move(m));
-}
-
-/// Ends the scene, whose times set the steps of the references.
-void finish(Draft& out, double duration) {
-  out.finish(duration);
-  for (auto& m : out.scene.moving) {
-    m.rigid.step = m.compliant.step = out.scene.shortest / 400;
-    m.compliant.step_in_contact =
-        std::min(std::isfinite(out.contact) ? out.contact / 200 : INFINITY, m.rigid.step);
-    m.rigid.step_in_contact = m.rigid.step;
-  }
 }
 
 }  // namespace
@@ -141,7 +111,7 @@ void moved_table(Draw& draw, Draft& out) {
     one.walls = {wall(motion, R, 1, e)};
     moving(out, q + 1, one, K / m, 1.5);
   }
-  finish(out, until * draw.between(0.2, 1));
+  finish_moving(out, until * draw.between(0.2, 1));
 }
 
 void moved_stop(Draw& draw, Draft& out) {
@@ -175,7 +145,7 @@ void moved_stop(Draw& draw, Draft& out) {
   };
   one.walls = {wall(motion, 0, 1, e), wall(motion, room, -1, e)};
   moving(out, q, one, ks / m, 1);
-  finish(out, until * draw.between(0.2, 1));
+  finish_moving(out, until * draw.between(0.2, 1));
 }
 
 void moved_lever(Draw& draw, Draft& out) {
@@ -204,7 +174,7 @@ void moved_lever(Draw& draw, Draft& out) {
   one.acceleration = [=](double, double, double) { return M / J; };
   one.walls = {wall(motion, 0, 1, e), wall(motion, room, -1, e)};
   moving(out, q + 2, one, ks * R * R / J, 1, R);
-  finish(out, until * draw.between(0.2, 1));
+  finish_moving(out, until * draw.between(0.2, 1));
 }
 
 void teeth(Draw& draw, Draft& out) {
@@ -279,7 +249,7 @@ void teeth(Draw& draw, Draft& out) {
                          },
                          side, e});
   moving(out, q + 2, one, ks * base * base / J, 1, base);
-  finish(out, until * draw.between(0.2, 1));
+  finish_moving(out, until * draw.between(0.2, 1));
 }
 
 void moved_journal(Draw& draw, Draft& out) {
@@ -362,7 +332,7 @@ void follower(Draw& draw, Draft& out) {
       return 0.5 * (J * v[rotor + 2] * v[rotor + 2] + m * v[q + 1] * v[q + 1] + k * y * y);
     };
   }
-  finish(out, out.flight * draw.between(5, 60));
+  finish_moving(out, out.flight * draw.between(5, 60));
 }
 
 void two_scales(Draw& draw, Draft& out) {
@@ -401,7 +371,7 @@ void two_scales(Draw& draw, Draft& out) {
   one.walls = {MovingWall{[stop](double) { return CurvePoint{stop, 0, 0}; }, 1, e}};
   one.x = x;
   moving(out, q, one, ks / m, 1);
-  finish(out, until * draw.between(0.2, 1));
+  finish_moving(out, until * draw.between(0.2, 1));
 }
 
 }  // namespace freeplay::verification::random_scenes
