@@ -22,7 +22,8 @@ double mass_factor(Draw& draw) { return draw.chance(0.15) ? draw.decades(-3, 3) 
 std::size_t Draft::body(const DraftBody& b) {
   table("bodies." + b.name, fmt::format("mass = {}\ninertia = {}\nposition = {}\nangle = {}\n",
                                         number(b.mass), number(b.inertia), point(b.at), number(b.angle)));
-  if (given) text += fmt::format("velocity = {}\nangular_velocity = {}\n", point(b.velocity), number(b.spin));
+  if (given || approximate)
+    text += fmt::format("velocity = {}\nangular_velocity = {}\n", point(b.velocity), number(b.spin));
   return 3 * static_cast<std::size_t>(bodies_++);
 }
 
@@ -105,6 +106,7 @@ void Draft::finish(double until) {
       exact(std::min(std::isfinite(contact) ? contact / 40 : INFINITY, scene.shortest / 200));
   table("run", fmt::format("duration = {}\nstart = \"{}\"\noutput_step = {}\n", number(until),
                            given ? "given" : "assembled", number(scene.duration / rows)));
+  if (!given) table("assembly", "approximate = true\n");
   scene.text = text;
 }
 

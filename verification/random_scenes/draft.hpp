@@ -94,6 +94,8 @@ class Draft {
   RandomScene& scene;  ///< the reference of the motion, and the times of the scene
   std::string text;
   bool given = true;          ///< positions and velocities as given; else the start determines velocities
+  /// An assembled start changes the stated positions and velocities as little as possible.
+  bool approximate = false;
   double flight = INFINITY;   ///< s, of a short free flight, or the shortest time between events
   double duration = 1;        ///< s
   double fastest = 0;         ///< rad/s, of springs: a step is a small part of their period

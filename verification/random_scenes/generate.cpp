@@ -152,6 +152,7 @@ RandomScene draw(std::uint64_t seed, int index, const std::string& selection) {
   scene.kind = kind->name;
   Draft draft(scene);
   draft.given = !known;
+  draft.approximate = known;
   kind->make(draw, draft);
   if (!known) draft.run(draw);
   // Names of the two sets, with which recorded scenes begin.
