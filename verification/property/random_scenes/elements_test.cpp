@@ -108,7 +108,7 @@ TEST_CASE("reference of a sampled loop: zero-order hold and dead time by hand", 
 TEST_CASE("kinds of single elements are drawn by their selection alone", "[random-scenes]") {
   std::set<std::string> seen;
   std::string all;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 500; ++i) {
     const auto drawn = draw(1, i, "elements");
     CAPTURE(i, drawn.text);
     seen.insert(drawn.kind);
