@@ -1,0 +1,225 @@
+// Case studies of ratios, freewheels, worms, friction with Stribeck's peak, restitution by approach speed and
+// films of finite length, and published cases of the same elements, by every scheme: against closed forms
+// and references that integrate between located events (Python, order 8, tolerance 1e-13).
+#include <numbers>
+
+#include "verification/support/rig.hpp"
+
+using namespace freeplay;
+
+namespace {
+
+Scene scene_of(const std::string& file, const std::vector<std::string>& options = {}) {
+  return read_scene(test::source_folder() / "cases" / file, options);
+}
+
+const test::Way event_schemes[] = {test::event_driven, test::automatic};
+const test::Way ways[] = {test::penalty, test::event_driven, test::automatic, test::chosen_steps,
+                          test::fixed_steps(1e-4)};
+/// One of the bounds of the penalty formulation, events, adaptive and fixed steps.
+double bound(const test::Way& way, double penalty, double events, double chosen, double fixed) {
+  return way.penalty() ? penalty : way.fixed() ? fixed : way.chosen() ? chosen : events;
+}
+
+}  // namespace
+
+TEST_CASE("case study: a belt drive with play, and with elasticity", "[cases]") {
+  const double J1 = 1e-4, J2 = 2e-3, r = 0.5, T = 0.02, play = 0.01, R = 0.05, e = 0.4;
+  const double fall = r * T / J1, first = std::sqrt(2 * play / fall), approach = R * fall * first;
+  const auto loose = scene_of("belt-drive/scene.toml");
+  for (const auto& way : event_schemes) {
+    CAPTURE(way.name);
+    const auto run = test::finished(way, loose);
+    // The motion before contact is a polynomial.
+    CHECK(test::touch(run, 0).t == Approx(first).epsilon(1e-10));
+    CHECK(-test::touch(run, 0).v_n_minus == Approx(approach).epsilon(1e-10));
+    CHECK(test::touch(run, 0).v_n_plus == Approx(e * approach).epsilon(1e-10));
+  }
+  const auto soft = test::finished(test::penalty, loose);
+  CHECK(test::touch(soft, 0).t == Approx(first).epsilon(1e-8));
+  CHECK(-test::touch(soft, 0).v_n_minus == Approx(approach).epsilon(1e-8));
+  for (const auto& way : ways) {
+    CAPTURE(way.name);
+    const auto end = test::finished(way, loose).final_state;
+    // Both pulleys together; the compression of the teeth decays in the penalty formulation.
+    const double speed = 20 - 0.1 * T / (J1 + r * r * J2);
+    CHECK(end.v[2] == Approx(speed).epsilon(bound(way, 1e-7, 1e-9, 1e-9, 1e-9)));
+    CHECK(end.v[5] == Approx(r * speed).epsilon(bound(way, 1e-7, 1e-9, 1e-9, 1e-9)));
+    // x = y − r θ = (a/ω²)(1 − cos ωt), ω² = k (1/J₂ + r²/J₁). Fixed steps: ω t (ω h)²/24, margin of two.
+    const double k = 10, w = std::sqrt(k * (1 / J2 + r * r / J1)), x = fall / (w * w);
+    const auto elastic = test::finished(way, scene_of("belt-drive/elastic.toml")).final_state;
+    CHECK(elastic.q[5] - r * elastic.q[2] ==
+          Approx(x * (1 - std::cos(0.1 * w))).margin(x * bound(way, 1e-5, 1e-5, 1e-3, 5e-4)));
+  }
+}
+
+TEST_CASE("case study: feed per stroke of a freewheel, with and without overrunning", "[cases]") {
+  const double A = 0.1, k = 0.5;  // T/(J A Ω²)
+  for (const auto& way : ways) {
+    CAPTURE(way.name);
+    // Penalty: slip and creep of 1e-5 rad/s. Adaptive steps: tolerance. Fixed: A Ω² h² of six events.
+    const double error = bound(way, 1e-4, 1e-8, 1e-4, 1e-5);
+    const auto overruns = test::finished(way, scene_of("freewheel-feed/scene.toml"));
+    CHECK(overruns.final_state.q[5] == Approx(3 * A * (1 + k) * (1 + k) / (2 * k)).margin(error));
+    const auto follows =
+        test::finished(way, scene_of("freewheel-feed/scene.toml", {"loads.brake.torque=0.5"}));
+    CHECK(follows.final_state.q[5] == Approx(3 * 2 * A).margin(error));
+  }
+}
+
+TEST_CASE("case study: a worm lifts, holds and lowers a load", "[cases]") {
+  const double gamma = std::numbers::pi / 36, rho = std::atan(0.12), tan = std::tan(gamma);
+  const double up = tan / std::tan(gamma + rho), back = std::tan(gamma - rho) / tan;
+  const double J1 = 1e-4, J2 = (0.1 + 20 * 0.05 * 0.05) / 1600, L = 20 * 9.81 * 0.05 / 40;
+  const double drum = 0.05 / 40;  // m, height per angle of the worm
+  // 1.2 N m for 0.1 s, which fall to 0 within h; from 0.3 s on −0.15 N m, which rise within h.
+  const double h = 1e-4, inertia = J1 + J2 / up, brake = L / up, lower = J1 + back * J2;
+  const double w0 = (1.2 - brake) / inertia * 0.1, w1 = w0 + (0.6 - brake) * h / inertia;
+  const double stop =
+      w0 * 0.05 + w0 * h + (0.4 - 0.5 * brake) * h * h / inertia + w1 * w1 * inertia / (2 * brake);
+  const double slope = 0.15 / h, late = h * (1 + back * L / 0.15), w2 = -slope * late * late / (2 * lower),
+               a = (-0.15 - back * L) / lower, rest = 0.1 - h;
+  const double end = stop - slope * late * late * late / (6 * lower) + w2 * rest + 0.5 * a * rest * rest;
+  const auto at = [&](const test::Way& way, double duration) {
+    return test::finished(way, scene_of("worm-hoist/scene.toml", {fmt::format("run.duration={}", duration)}))
+        .final_state;
+  };
+  for (const auto& way : ways) {
+    CAPTURE(way.name);
+    // Penalty: 1e-5 rad/s of slip at the worm. Steps: the ramp of 0.1 ms within one step, h w of 190 rad/s.
+    const double error = drum * bound(way, 1e-5, 1e-8, 0.02, 0.02);
+    CHECK(at(way, 0.1).v[2] == Approx(w0).epsilon(bound(way, 1e-6, 1e-9, 1e-4, 1e-4)));
+    CHECK(at(way, 0.25).q[7] + 1 == Approx(drum * stop).margin(error));
+    CHECK(at(way, 0.3).q[7] + 1 == Approx(drum * stop).margin(error));
+    CHECK(at(way, 0.4).q[7] + 1 == Approx(drum * end).margin(2 * error));
+  }
+}
+
+TEST_CASE("case study: period of stick-slip with Stribeck's friction", "[cases]") {
+  // unit/contact/fixed_friction_test.cpp has the reference and reasons of the bounds.
+  const double slip = 0.404293443543, period = 1.46032830388, end = -0.00560348603414;
+  for (const auto& way : ways) {
+    CAPTURE(way.name);
+    const auto run = test::finished(way, scene_of("stick-slip/scene.toml"));
+    // Four slips, four times the error of one.
+    CHECK(run.final_state.q[3] ==
+          Approx(end + 0.1 * (6 - 1 - 3 * period - slip)).margin(0.4 * bound(way, 1e-4, 1e-6, 5e-3, 1e-4)));
+  }
+}
+
+TEST_CASE("case study: bounces of a ball whose restitution falls with its speed", "[cases]") {
+  const double e0 = 0.95, yield = 0.05, g = 9.81;
+  const auto scene = scene_of("yielding-ball/scene.toml");
+  for (const auto& way : {test::event_driven, test::automatic, test::penalty}) {
+    CAPTURE(way.name);
+    const auto found = test::touches(test::finished(way, scene));
+    REQUIRE(found.size() >= 6);
+    double v = std::sqrt(2 * g * 0.5);
+    for (std::size_t k = 0; k < 6; ++k) {
+      v = e0 * std::pow(v, 0.75) * std::pow(yield, 0.25);
+      // Penalty: the weight during the contact, up to 1e-2 of each rebound, adds over six.
+      CHECK(found[k].v_n_plus == Approx(v).epsilon(way.penalty() ? 3e-2 : 1e-10));
+    }
+  }
+}
+
+TEST_CASE("case study: equilibrium of a journal in films of finite length, short and long", "[cases]") {
+  const double c = 1e-4, W = 294.0872 * 9.81, mu = 0.01, w = 100, R = 0.05, L = 0.1, pi = std::numbers::pi;
+  // Bisection of the closed forms of half-Sommerfeld films.
+  const auto eccentricity = [&](auto load) {
+    double low = 0.01, high = 0.99;
+    for (int i = 0; i < 60; ++i) (load(0.5 * (low + high)) < W ? low : high) = 0.5 * (low + high);
+    return low;
+  };
+  const double short_film = eccentricity([&](double e) {
+    return mu * w * R * L * L * L / (4 * c * c) * e * std::sqrt(16 * e * e + pi * pi * (1 - e * e)) /
+           ((1 - e * e) * (1 - e * e));
+  });
+  const double long_film = eccentricity([&](double e) {
+    return 6 * mu * w * R * R * R * L / (c * c) * e * std::sqrt(4 * e * e + pi * pi * (1 - e * e)) /
+           ((2 + e * e) * (1 - e * e));
+  });
+  const struct {
+    const char* film;
+    double epsilon, attitude;
+  } rows[] = {{"finite", 0.6, std::atan2(1.0758, 0.69767)},  // unit/contact/finite_film_test.cpp
+              {"short", short_film, std::atan2(pi * std::sqrt(1 - short_film * short_film), 4 * short_film)},
+              {"long", long_film, std::atan2(pi * std::sqrt(1 - long_film * long_film), 2 * long_film)}};
+  for (const auto& row : rows)
+    for (const auto& way : {test::penalty, test::event_driven, test::chosen_steps}) {
+      CAPTURE(row.film, way.name);
+      const auto scene =
+          scene_of("finite-bearing/scene.toml", {fmt::format("lubricants.oil.film=\"{}\"", row.film)});
+      const auto end = test::finished(way, scene).final_state;
+      // Error of the film 3e-4 of its force, loss of speed 3e-5, and the digits of the references.
+      CHECK(std::hypot(end.q[0], end.q[1]) == Approx(row.epsilon * c).epsilon(3e-4));
+      CHECK(std::atan2(end.q[0], -end.q[1]) == Approx(row.attitude).epsilon(5e-4));
+    }
+}
+
+TEST_CASE("published: LossyGearDemo1 of the Modelica Standard Library", "[cases]") {
+  // unit/dynamics/mesh_loss_test.cpp has the reference; the published digits: DASSL, tolerance 1e-6.
+  for (const auto& way : {test::penalty, test::event_driven, test::automatic, test::fixed_steps(1e-4)}) {
+    CAPTURE(way.name);
+    const auto end = test::finished(way, scene_of("published/modelica-lossy-gear/scene.toml")).final_state;
+    const double error = bound(way, 1e-6, 1e-8, 0, 1e-6);
+    CHECK(end.q[2] == Approx(3.32487044322e-05).margin(error));
+    CHECK(end.v[2] == Approx(-0.032523858762).margin(10 * error));
+    CHECK(-end.q[5] == Approx(1.66216871678e-5).margin(error + 1e-8));
+    CHECK(-end.v[5] == Approx(-0.0162619240386).margin(10 * error + 1e-7));
+  }
+}
+
+TEST_CASE("published: Friction of the Modelica Standard Library", "[cases]") {
+  for (const auto& way : {test::penalty, test::event_driven, test::automatic, test::fixed_steps(1e-4)}) {
+    CAPTURE(way.name);
+    const auto end = test::finished(way, scene_of("published/modelica-friction/scene.toml")).final_state;
+    const double error = bound(way, 1e-4, 1e-6, 0, 1e-3);
+    CHECK(end.q[0] == Approx(1.76851781139).margin(error));
+    CHECK(end.v[0] == Approx(6.8648403711).margin(error));
+    // Published: tolerance 1e-6, which grows where slip begins.
+    CHECK(end.q[0] == Approx(1.76846282132).margin(error + 1e-4));
+    CHECK(end.v[0] == Approx(6.86485858981).margin(error + 1e-4));
+  }
+  for (const auto& way : event_schemes) {
+    CAPTURE(way.name);
+    const auto run = test::finished(way, scene_of("published/modelica-friction/stop.toml"));
+    CHECK(test::touch(run, 0).t == Approx(0.0605970956085).epsilon(1e-8));
+    CHECK(test::touch(run, 0).v_n_minus == Approx(-6.10565383814).epsilon(1e-8));
+    CHECK(run.final_state.q[0] == Approx(-0.247513987282).margin(1e-8));
+    CHECK(run.final_state.q[0] == Approx(-0.2475158480).margin(1e-5));  // published
+  }
+  CHECK_THROWS_WITH(test::finished(test::penalty, scene_of("published/modelica-friction/stop.toml",
+                                                           {"contacts.stop.stiffness=1e8"})),
+                    Catch::Matchers::Contains("needs a restitution greater than 0"));
+}
+
+TEST_CASE("published: DemoFreeWheel of the Modelica Standard Library", "[cases]") {
+  for (const auto& way : {test::penalty, test::event_driven, test::automatic, test::fixed_steps(1e-4)}) {
+    CAPTURE(way.name);
+    const auto end = test::finished(way, scene_of("published/modelica-free-wheel/scene.toml")).final_state;
+    // Penalty: 1e-6 rad/s of slip for 1 s. Fixed steps: ω̇ h² = 157 · 1e-8 of ten events.
+    const double error = bound(way, 1e-6, 1e-8, 0, 2e-5);
+    CHECK(end.q[5] == Approx(3.53580107547).margin(error));
+    CHECK(end.v[5] == Approx(2.39180934165).margin(error));
+  }
+}
+
+TEST_CASE("published: cushions whose restitution depends on the speed", "[cases]") {
+  const auto table = [](double v) {
+    const auto at = [](double u) { return 0.39 + 0.257 * u - 0.044 * u * u; };
+    const double low = 0.25 * std::floor(v / 0.25);
+    return std::lerp(at(low), at(low + 0.25), (v - low) / 0.25);
+  };
+  for (const auto& way : {test::event_driven, test::automatic, test::penalty}) {
+    CAPTURE(way.name);
+    const auto found = test::touches(test::finished(way, scene_of("published/billiard-cushion/scene.toml")));
+    REQUIRE(found.size() == 5);
+    double v = 4.5, t = 0.5 / v;
+    for (const auto& event : found) {
+      CHECK(-event.v_n_minus == Approx(v).epsilon(way.penalty() ? 1e-6 : 1e-10));
+      if (!way.penalty()) CHECK(event.t == Approx(t).epsilon(1e-10));  // contacts without duration
+      v *= table(v), t += 1 / v;
+    }
+  }
+}
