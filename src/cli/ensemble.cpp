@@ -25,7 +25,7 @@ namespace {
 
 struct EnsembleVerb : Request {
   std::string scene, output, formulation = "nonsmooth";
-  std::vector<std::string> overrides, columns;
+  std::vector<std::string> overrides, columns, vary;
   int starts = 100, seed = 1, rows = 200, threads = 0;
   double turn = 0, play = 0.9;
   ShardOptions shards;
@@ -42,6 +42,7 @@ std::vector<std::string> arguments_of(const EnsembleVerb& r) {
                                     {"--play", fmt::format("{}", r.play)},
                                     {"--rows", std::to_string(r.rows)}})
     list.insert(list.end(), {name, value});
+  for (const auto& value : r.vary) list.insert(list.end(), {"--vary", value});
   for (const auto& column : r.columns) list.insert(list.end(), {"--column", column});
   return list;
 }
@@ -63,7 +64,9 @@ int ensemble(const EnsembleVerb& request) {
   const EnsemblePlan plan{.formulation = request.formulation,
                           .starts = request.starts,
                           .seed = static_cast<std::uint64_t>(request.seed),
-                          .how = {.turn = request.turn, .play = request.play},
+                          .how = {.turn = request.turn,
+                                  .play = request.play,
+                                  .vary = initial_values(scene->mechanism, request.vary)},
                           .rows = request.rows,
                           .columns = request.columns,
                           .threads = request.threads,
@@ -116,6 +119,12 @@ void ensemble_verb(Program& program) {
   options.add("--play", request.play, "range of the random initial offsets, as a share of the clearance")
       .number([](double x) { return x >= 0 && x < 1; }, "must be from 0 to less than 1")
       .shows_default();
+  options
+      .add("--vary", request.vary,
+           "random initial value of a body: its key, such as bodies.wheel.angle, and half the range, such as "
+           "\"1 deg\"; may be repeated")
+      .takes("KEY=RANGE")
+      .one_each();
   options.add("--column", request.columns, "column of trajectory.csv for a band; may be repeated")
       .takes("COLUMN")
       .one_each();

@@ -132,7 +132,7 @@ std::size_t Ensemble::finished() const {
 }
 
 Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), plan_(plan) {
-  require_differing_starts(scene, plan.how);
+  require_differing_starts(scene, plan.how, "; vary initial values by --vary KEY=RANGE");
   if (scene.run.start == RunOptions::Start::equilibrium)
     throw SceneError(
         fmt::format("{}: starts in equilibrium, which cannot be perturbed; use run.start = \"ideal\"",
@@ -149,6 +149,7 @@ Starts::Starts(const Scene& scene, const EnsemblePlan& plan) : scene_(scene), pl
         "use fewer rows or columns",
         plan.rows, plan.starts, columns_.size(), 1e-9 * bytes, 1e-9 * most_bytes));
   near_ = ideal_pose(scene, plan.stop);
+  require_variable(scene, near_, plan.stop, plan.how.vary);
 }
 
 /// One start: its simulation and observers.
@@ -330,17 +331,19 @@ void add(Table& table, std::vector<Table::Cell> row, const Spread& s) {
 }  // namespace
 
 nlohmann::json to_json(const EnsemblePlan& plan, const Ensemble& all) {
-  return {{"ensemble",
-           {{"formulation", plan.formulation},
-            {"starts", plan.starts},
-            {"finished", all.finished()},
-            {"seed", plan.seed},
-            {"turn", plan.how.turn},
-            {"play", plan.how.play},
-            {"steps", all.steps},
-            {"steps_in_lanes", all.in_lanes},
-            {"wall_seconds", all.wall_seconds},
-            {"cpu_seconds", all.cpu_seconds}}}};
+  nlohmann::json document = {{"ensemble",
+                              {{"formulation", plan.formulation},
+                               {"starts", plan.starts},
+                               {"finished", all.finished()},
+                               {"seed", plan.seed},
+                               {"turn", plan.how.turn},
+                               {"play", plan.how.play},
+                               {"steps", all.steps},
+                               {"steps_in_lanes", all.in_lanes},
+                               {"wall_seconds", all.wall_seconds},
+                               {"cpu_seconds", all.cpu_seconds}}}};
+  for (const auto& value : plan.how.vary) document["ensemble"]["vary"][value.key] = value.half;
+  return document;
 }
 
 Table statistics_table(const Ensemble& all) {
@@ -406,6 +409,8 @@ Identity identity(const Scene& scene, const EnsemblePlan& plan) {
   auto all_starts = identify(scene, plan.formulation, true);
   all_starts.given = fmt::format("seed = {}\nturn = {}\nplay = {}\nrows = {}\n", plan.seed,
                                  toml_number(plan.how.turn), toml_number(plan.how.play), plan.rows);
+  for (const auto& value : plan.how.vary)
+    all_starts.given += fmt::format("vary = {} {}\n", toml_quoted(value.key), toml_number(value.half));
   for (const auto& column : plan.columns)
     all_starts.given += fmt::format("column = {}\n", toml_quoted(column));
   return all_starts;

@@ -111,8 +111,8 @@ class Starts {
   std::vector<double> near_;
 };
 
-/// Runs an ensemble, without the starts that `known` has. Throws SceneError if starts cannot differ,
-/// a column does not exist, or the stored values exceed two gigabytes.
+/// Runs an ensemble, without the starts that `known` has. Throws SceneError if starts cannot differ, a
+/// value cannot be varied, a column does not exist, or the stored values exceed two gigabytes.
 Ensemble run_ensemble(const Scene& scene, const EnsemblePlan& plan,
                       const std::function<void(double)>& on_progress, const EnsembleStore* known = nullptr);
 

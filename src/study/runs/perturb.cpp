@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/stated.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
 #include "facade/identify.hpp"
@@ -87,6 +88,7 @@ void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, d
 }  // namespace
 
 bool differ(const Scene& scene, const Perturbation& how) {
+  if (!how.vary.empty()) return true;
   const auto* drive = main_drive(scene.mechanism);
   if (how.turn > 0 && drive && drive->speed != 0) return true;
   // A random offset differs from zero if the joint has clearance.
@@ -108,6 +110,17 @@ void require_differing_starts(const Scene& scene, const Perturbation& how, const
     throw AlikeStarts(fmt::format(
         "{}: all starts are identical: {}, and no joint has clearance to vary{}", scene.file.string(),
         how.turn > 0 ? "no drive has a prescribed speed" : "all keep its angles", use));
+}
+
+void require_variable(const Scene& scene, const std::vector<double>& near, const StopToken& stop,
+                      const std::vector<InitialValue>& values) {
+  if (values.empty()) return;
+  const auto still = perturbed(scene, near, stop, 0, 0, {.turn = 0, .play = 0});
+  for (const auto& value : values)
+    for (const double by : {-value.half, value.half}) {
+      auto state = stated_state(still.mechanism);
+      located_in(scene, [&] { displace(still.mechanism, {value}, {by}, state, stop); });
+    }
 }
 
 Scene perturbed(const Scene& scene, const StopToken& stop, std::uint64_t seed, int start,
@@ -161,6 +174,12 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
   if (time > 0) moved.mechanism.assembly = {};
   for (auto& drive : moved.mechanism.drives)
     if (auto* speed = std::get_if<SpeedDrive>(&drive)) speed->initial_angle += speed->speed * time;
+  if (!how.vary.empty()) {
+    std::vector<double> by;
+    for (const auto& value : how.vary) by.push_back(value.half * (2 * uniform(engine) - 1));
+    located_in(scene, [&] { displace(moved.mechanism, how.vary, by, state, stop); });
+    start_from(moved.mechanism, state);
+  }
   moved.run.start = RunOptions::Start::given;
   return moved;
 }

@@ -1,7 +1,7 @@
 // Perturbed starts: the same scene with its crank at a random angle and its joints with clearance
 // at random positions within it. The state is computed as that of the ideal mechanism whose closed
 // joints are displaced by these offsets. All other constraints hold, and the relative velocities
-// within the clearances vanish.
+// within the clearances vanish. Then chosen initial values are varied (initial_value.hpp).
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mechanism/error.hpp"
+#include "study/runs/initial_value.hpp"
 #include "values/stop.hpp"
 
 namespace freeplay {
@@ -35,12 +36,13 @@ std::vector<double> ideal_pose(const Scene& scene, const StopToken& stop, Shared
 
 /// Size of the perturbations.
 struct Perturbation {
-  double turn = 1;    ///< crank angles are drawn from this share of a turn
-  double play = 0.9;  ///< offsets are drawn from this share of the clearance, < 1
+  double turn = 1;                      ///< crank angles are drawn from this share of a turn
+  double play = 0.9;                    ///< offsets are drawn from this share of the clearance, < 1
+  std::vector<InitialValue> vary = {};  ///< drawn last: without them, starts keep their bits
 };
 
-/// Whether starts of a scene can differ: it has a drive of prescribed speed and `how` turns it, or
-/// it has joints with clearance.
+/// Whether starts of a scene can differ: it has a drive of prescribed speed and `how` turns it, it
+/// has joints with clearance, or `how` varies initial values.
 bool differ(const Scene& scene, const Perturbation& how);
 /// Thrown if statistics over starts are requested for a scene whose starts cannot differ.
 class AlikeStarts : public SceneError {
@@ -48,6 +50,11 @@ class AlikeStarts : public SceneError {
 };
 /// Throws AlikeStarts if starts cannot differ; `use` ends the message with a remedy.
 void require_differing_starts(const Scene& scene, const Perturbation& how, const std::string& use = "");
+
+/// Throws SceneError if an initial value cannot be varied: its range is tried at both ends, alone and
+/// without play. `near` is the scene's ideal_pose().
+void require_variable(const Scene& scene, const std::vector<double>& near, const StopToken& stop,
+                      const std::vector<InitialValue>& values);
 
 /// The scene at start number `start` (from 0) of `seed`. Equal arguments give equal bits. The
 /// drive's angle at t = 0 is changed accordingly; a scene without a drive of prescribed speed keeps

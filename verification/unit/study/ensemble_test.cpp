@@ -131,3 +131,115 @@ TEST_CASE("a start with another key than its unit in the plan is not stored", "[
   CHECK_THROWS_WITH(make_shard(study, folder.path(), {.scratch = folder.path() / "scratch", .threads = 1}),
                     Contains("differs from the planned one"));
 }
+
+namespace {
+
+/// Two equal gears whose centres are 0.1 m apart, with a backlash of 0.1 mm; the first is driven.
+Scene gears() {
+  return parse_scene(
+      test::body("a", 1, 0.01) + test::body("b", 1, 0.01, "position = [0.1, 0]\n") +
+          test::pin("left", "ground", "a") + test::pin("right", "ground", "b", {0.1, 0}) +
+          test::joint("mesh", "gear", "a", "b", {}, {},
+                      "teeth = [20, 20]\nmodule = 5e-3\nbacklash = 1e-4\nsurface = \"hard\"\n") +
+          test::surface("hard", 0.5) + test::motor("motor", "left", 1) + test::run_for(0.02),
+      "gears.toml");
+}
+
+EnsemblePlan varying(const Scene& scene, const std::vector<std::string>& values, int starts = 2) {
+  return {.starts = starts, .how = {.turn = 0, .vary = initial_values(scene.mechanism, values)}, .rows = 3};
+}
+
+}  // namespace
+
+// Turning the second gear by δ about the middle of the backlash j moves its flank by r_b δ along the
+// line of action: gaps j/2 ± r_b δ, with the base radius r_b = 0.05 m cos 20°. Forty uniform values
+// all miss an outer quarter of their range with a probability of (3/4)^40 = 1e-5.
+TEST_CASE("an ensemble varies the angle of a gear within its backlash, the only play", "[study][ensemble]") {
+  const auto scene = gears();
+  CHECK_THROWS_WITH(run_ensemble(scene, {.starts = 2}, {}),
+                    Contains("all starts are identical") && Contains("--vary KEY=RANGE"));
+  const double base = 0.05 * std::cos(20 * std::numbers::pi / 180), half = 0.9 * 0.5e-4 / base;
+  const auto plan = varying(scene, {fmt::format("bodies.b.angle={}", half)}, 40);
+  const auto still = Simulation(scene, plan.formulation, {.matched = true}).state();
+  double least = 0, greatest = 0;
+  for (int k = 0; k < plan.starts; ++k) {
+    const auto moved = perturbed(scene, {}, plan.seed, k, plan.how);
+    const auto state = Simulation(moved, plan.formulation, {.matched = true}).state();
+    const System system(moved.mechanism);
+    auto e = system.make_evaluation();
+    system.place(0, state.q.data(), e);
+    const double one = system.gap(0, state.q.data(), e), other = system.gap(1, state.q.data(), e),
+                 turned = state.q[5] - still.q[5];
+    CHECK(one + other == Approx(1e-4).epsilon(1e-9));
+    CHECK(std::abs(one - other) / 2 == Approx(base * std::abs(turned)).margin(1e-13));
+    for (const std::size_t c : {0u, 1u, 2u, 3u, 4u}) CHECK(state.q[c] == Approx(still.q[c]).margin(1e-12));
+    CHECK(state.v[5] == Approx(-1).epsilon(1e-12));
+    least = std::min(least, turned), greatest = std::max(greatest, turned);
+  }
+  CHECK(least >= -half * (1 + 1e-9));
+  CHECK(least < -half / 2);
+  CHECK(greatest <= half * (1 + 1e-9));
+  CHECK(greatest > half / 2);
+  const auto all = run_ensemble(scene, varying(scene, {fmt::format("bodies.b.angle={}", half)}, 3), {});
+  CHECK(all.finished() == 3);
+  CHECK(all.band(0, 0).of.greatest > all.band(0, 0).of.least);
+  CHECK(run_key(identity(scene, plan), 0) != run_key(identity(scene, {.rows = 3}), 0));
+}
+
+// The pin is 0.3 m from the centre of mass, in the direction −x of the bar: the centre is at
+// 0.3 (cos θ, sin θ) and moves at ω × r.
+TEST_CASE("bodies follow a varied coordinate through their joints", "[study][ensemble]") {
+  const auto scene = open_scene(test::source_folder() / "cases/pendulum/scene.toml");
+  const auto plan = varying(*scene, {"bodies.bar.angle=20 deg", "bodies.bar.angular_velocity=2"}, 4);
+  for (int k = 0; k < plan.starts; ++k) {
+    const auto moved = perturbed(*scene, {}, plan.seed, k, plan.how);
+    const auto s = Simulation(moved, plan.formulation, {}).state();
+    CHECK(s.q[2] != 0);
+    CHECK(std::abs(s.q[2]) <= 20 * std::numbers::pi / 180);
+    CHECK(s.q[0] == Approx(0.3 * std::cos(s.q[2])).epsilon(1e-12));
+    CHECK(s.q[1] == Approx(0.3 * std::sin(s.q[2])).margin(1e-12));
+    CHECK(s.v[2] != 0);
+    CHECK(std::abs(s.v[2]) <= 2);
+    CHECK(s.v[0] == Approx(-s.v[2] * s.q[1]).margin(1e-12));
+    CHECK(s.v[1] == Approx(s.v[2] * s.q[0]).margin(1e-12));
+  }
+  CHECK(run_ensemble(*scene, plan, {}).finished() == 4);
+}
+
+TEST_CASE("varied values leave the random positions of joints with clearance as they are",
+          "[study][ensemble]") {
+  const auto scene =
+      parse_scene(test::body("bar", 1, 0.1) + test::body("free", 1, 0.1, "position = [1, 1]\n") +
+                      test::pin("pin", "ground", "bar", {}, {-0.3, 0}, test::loose(1e-3, 0.01)) +
+                      test::surface("s", 0.5, 0.1) + test::run_for(0.1),
+                  "loose.toml");
+  const EnsemblePlan plain;
+  const auto plan = varying(scene, {"bodies.free.position[1]=0.5", "bodies.free.velocity[0]=3"});
+  for (int k = 0; k < 4; ++k) {
+    const auto one = perturbed(scene, {}, plan.seed, k, plain.how).mechanism.bodies,
+               other = perturbed(scene, {}, plan.seed, k, plan.how).mechanism.bodies;
+    CHECK(one[0].position == *other[0].position);
+    CHECK(one[0].angle == other[0].angle);
+    CHECK(one[1].position->x() == other[1].position->x());
+    CHECK(std::abs(other[1].position->y() - 1) <= 0.5);
+    CHECK(other[1].position->y() != 1);
+    CHECK(std::abs(other[1].velocity->x()) <= 3);
+    CHECK(other[1].velocity->x() != 0);
+  }
+}
+
+TEST_CASE("values that joints or drives determine are not varied", "[study][ensemble]") {
+  const auto scene = gears();
+  const auto says = [&](const std::vector<std::string>& values) {
+    return test::refusal_of([&] { run_ensemble(scene, varying(scene, values), {}); });
+  };
+  CHECK_THAT(says({"bodies.a.angle=0.01"}), Contains("--vary bodies.a.angle: ") && Contains("drives.motor"));
+  CHECK_THAT(says({"bodies.a.angular_velocity=1"}), Contains("drives.motor") && Contains("rad/s"));
+  CHECK_THAT(says({"bodies.b.position[0]=1 mm"}), Contains("joints.right") && Contains("0.001 m"));
+  CHECK_THAT(says({"bodies.b.velocity[1]=0.1"}), Contains("joints.right"));
+  CHECK_THAT(says({"bodies.c.angle=0.1"}), Contains("is no initial value of a body"));
+  CHECK_THAT(says({"bodies.b.angle=1 mm"}), Contains("is a length"));
+  CHECK_THAT(says({"bodies.b.angle=0"}), Contains("must be a positive number in rad"));
+  CHECK_THAT(says({"bodies.b.angle"}), Contains("must be KEY=RANGE"));
+  CHECK_THAT(says({"bodies.b.angle=1e-4", "bodies.b.angle=2e-4"}), Contains("is given twice"));
+}
