@@ -308,7 +308,8 @@ std::filesystem::path draw_columns(const ColumnPlot& plot) {
   }
   refuse_unused(plot, used, axes);
 
-  Figure f{.name = name, .source = source_of(plot.folders.front()), .formats = plot.formats};
+  Figure f{
+      .name = name, .source = source_of(plot.folders.front()), .title = plot.title, .formats = plot.formats};
   for (const auto& list : plot.panels)
     for (const auto& y : list) f.caption += (f.caption.empty() ? "" : ", ") + y;
   f.caption += fmt::format(" over {}{}.", plot.x, plot.fold ? ", folded over a turn" : "");

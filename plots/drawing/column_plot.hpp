@@ -22,6 +22,7 @@ struct ColumnPlot {
   std::optional<double> from = {}, to = {};  ///< s
   std::optional<Crossing> section = {};
   std::string name = {};             ///< of the files; empty: derived from the columns
+  std::string title = {};            ///< above the panels; empty: none
   std::vector<Format> formats = {};  ///< empty: those of the style
 };
 

@@ -320,7 +320,8 @@ std::filesystem::path draw(const Figure& f, const std::filesystem::path& folder)
     for (const auto& name : makes)
       if (name.ends_with(".pdf"))
         write_file(place / name,
-                   with_facts(read_file(place / name, most_bytes), {f.name, f.caption, from, "freeplay"}));
+                   with_facts(read_file(place / name, most_bytes),
+                              {f.title.empty() ? f.name : f.title, f.caption, from, "freeplay"}));
     makes.push_back(script);
     for (const auto& name : makes) move_file(place.path(), figures, name);
   };

@@ -52,8 +52,9 @@ struct Figure {
   Script script = {};       ///< commands after the style; DATA is the data file
   std::string source = {};  ///< JSON file of the folder with the provenance
   /// What the figure shows, for the script and the properties of the PDF: spans, means, points
-  /// outside the ranges. Figures hold no sentences, because papers have captions.
+  /// outside the ranges. Figures hold no sentences of their own, because papers have captions.
   std::string caption = {};
+  std::string title = {};  ///< above the panels of add_panels(); empty: none
   /// scene file if a folder has several; empty: that of the source
   std::string scene_file = {};
   std::vector<Format> formats = {};  ///< replaces the formats of the style

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 namespace freeplay::plots {
@@ -18,7 +19,9 @@ constexpr double least_panel = 1.1;
 constexpr double small = 0.88;              // size of SMALL letters
 constexpr double second_line = 0.12;        // more room for a title of two lines
 constexpr double bar_gap = 0.2, bar = 0.3;  // scale of colours
-constexpr std::size_t sample = 5;           // letters that gnuplot adds to a title of a key: sample and gaps
+constexpr std::size_t most_title_lines = 3;
+constexpr int title_label = 91;    // first number of the labels of the figure's title
+constexpr std::size_t sample = 5;  // letters that gnuplot adds to a title of a key: sample and gaps
 
 /// Letters of a line of this length (cm at the usual text size).
 std::size_t letters_in(double length) {
@@ -49,6 +52,21 @@ Script curves_of(const std::vector<PanelCurve>& curves, std::size_t most, bool k
   return plot.add("\n");
 }
 
+/// The lines of a title, broken at spaces, each of at most `most` letters; the last one is shortened.
+std::vector<std::string> title_lines(const std::string& title, std::size_t most) {
+  std::vector<std::string> lines;
+  std::istringstream words(title);
+  for (std::string word; words >> word;) {
+    const bool fits = !lines.empty() && letters(lines.back()) + 1 + letters(word) <= most;
+    if (fits || lines.size() == most_title_lines)
+      lines.back() += " " + word;
+    else
+      lines.push_back(word);
+  }
+  for (auto& line : lines) line = shortened(line, most);
+  return lines;
+}
+
 bool same(const AxisTitle& a, const AxisTitle& b) {
   return a.text.text() == b.text.text() && a.unit == b.unit;
 }
@@ -58,8 +76,13 @@ bool same(const AxisTitle& a, const AxisTitle& b) {
 class Grid {
  public:
   /// `width`, `height`: of the page; `each`: of a panel.
-  Grid(PanelStack& stack, std::size_t columns, double width, double each, std::optional<double> height)
-      : stack_(stack), width_(width), columns_(columns), sides_(columns) {
+  Grid(PanelStack& stack, const std::string& title, std::size_t columns, double width, double each,
+       std::optional<double> height)
+      : stack_(stack),
+        title_(title_lines(title, letters_in(width - 4 * edge))),
+        width_(width),
+        columns_(columns),
+        sides_(columns) {
     const auto& panels = stack.panels;
     height_ = each;
     for (const auto& panel : panels)  // grow for titles that do not fit even without their unit
@@ -152,7 +175,10 @@ class Grid {
     return titles.size() > 1 && key_grid(titles, room).columns == 1 &&
            key_grid(titles, room / small).columns > 1;
   }
-  double top() const { return stack_.key.empty() ? 0 : key_line * static_cast<double>(top_key().rows) + 0.1; }
+  double heading() const { return title_.empty() ? 0 : name_line * static_cast<double>(title_.size()) + 0.1; }
+  double top() const {
+    return heading() + (stack_.key.empty() ? 0 : key_line * static_cast<double>(top_key().rows) + 0.1);
+  }
 
   /// From the top of a band to its first text.
   double pad(const Band& band) const { return &band == bands_.data() ? 0.1 : band.key_rows > 0 ? 0.12 : 0; }
@@ -207,6 +233,7 @@ class Grid {
   }
 
   PanelStack& stack_;
+  std::vector<std::string> title_;  // lines
   double width_, height_ = 0;
   std::size_t columns_;
   std::vector<Side> sides_;
@@ -216,6 +243,12 @@ class Grid {
 void Grid::add(Script& script) const {
   script.add("set multiplot\nPANEL = (1 - Y({:.4g}))/{}\nACROSS = (1 - X({:.4g}))/{}\n", fixed(),
              bands_.size(), sides(), columns_);
+  Script untitled;  // every plot would draw the title again
+  for (std::size_t i = 0; i < title_.size(); ++i) {
+    script.add("set label {} {} at screen 0.5, screen 1 - Y({:.4g}) center noenhanced\n", title_label + i,
+               title_[i], 0.1 + name_line * (static_cast<double>(i) + 0.5));
+    untitled.add("unset label {}\n", title_label + i);
+  }
   if (!stack_.key.empty()) {
     const auto key = top_key();
     script.add(
@@ -225,7 +258,8 @@ void Grid::add(Script& script) const {
         "Y({1:.4g}) center top "
         "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1{5}\n{4}set border\nset xtics nomirror\nset "
         "ytics nomirror\n{6}",
-        edge, 0.1, key.columns, key.rows, curves_of(stack_.key, letters_in(width_) - sample, true),
+        edge, heading() + 0.1, key.columns, key.rows,
+        curves_of(stack_.key, letters_in(width_) - sample, true).add("{}", std::exchange(untitled, {})),
         small_key() ? Word(" font SMALL") : Word(""), small_key() ? Word("set key font ''\n") : Word(""));
   }
   double down = top(), right = 0;
@@ -282,6 +316,7 @@ void Grid::add(Script& script) const {
     if (panel.colours) script.add("{}", commands(up(panel.colours->axis), "cb"));
     script.add("{}{}", panel.before, curves_of(panel.curves, letters_in(plot()) - sample));
     if (!panel.name.empty()) script.add("unset label 1\n");
+    script.add("{}", std::exchange(untitled, {}));
   }
   script.add("unset multiplot\n");
 }
@@ -314,8 +349,8 @@ void add_panels(Figure& f, const Style& style, PanelStack stack) {
   std::optional<double> height;
   if (style.height) height = 0.1 * *style.height / scale;
   auto columns = std::clamp<std::size_t>(stack.columns, 1, stack.panels.size());
-  while (columns > 1 && !Grid(stack, columns, width, each, height).has_room()) --columns;
-  const Grid grid(stack, columns, width, each, height);
+  while (columns > 1 && !Grid(stack, f.title, columns, width, each, height).has_room()) --columns;
+  const Grid grid(stack, f.title, columns, width, each, height);
   f.width_cm = width_of(f, style);
   f.height_cm = height ? 0.1 * *style.height : scale * grid.page_height();
   f.sized = true;

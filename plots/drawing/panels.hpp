@@ -58,7 +58,8 @@ void add_curve(Figure& figure, Panel& panel, Block block, const Script& how, std
 AxisTitle time_title();
 AxisTitle crank_title();
 
-/// Adds the commands to the script of the figure and sets its size.
+/// Adds the commands to the script of the figure and sets its size. The figure's title is centred above
+/// keys and panels, in up to three lines.
 void add_panels(Figure& figure, const Style& style, PanelStack stack);
 /// The same, and draws the figure of the folder in its style; returns the path.
 std::filesystem::path draw_panels(Figure& figure, const std::filesystem::path& folder, PanelStack stack);

@@ -148,7 +148,10 @@ std::filesystem::path draw_ensemble_of(const StudyPlot& plot) {
                                               {{"bands", bands}, {"statistics", statistics}}));
     over_time += has(bands, name);
   }
-  Figure f{.name = name_of_plot(plot, "ensemble"), .source = "ensemble.json", .formats = plot.formats};
+  Figure f{.name = name_of_plot(plot, "ensemble"),
+           .source = "ensemble.json",
+           .title = plot.title,
+           .formats = plot.formats};
   if (over_time == plot.y.size()) {
     if (plot.y.size() > most_bands)
       throw SceneError(fmt::format("{} columns, but a figure has at most {} panels; draw several figures",
@@ -215,6 +218,7 @@ std::filesystem::path draw_bifurcation_of(const StudyPlot& plot) {
   Figure f{.name = name_of_plot(plot, "bifurcation"),
            .height_cm = 10,
            .source = "bifurcation.json",
+           .title = plot.title,
            .formats = plot.formats};
   if (!add_bifurcation(f, plot.folder, column.name, column.unit))
     throw SceneError(plot.folder.string() + ": contains no run of a bifurcation diagram");
@@ -238,7 +242,10 @@ std::filesystem::path draw_basin_of(const StudyPlot& plot) {
     for (std::size_t i = 0; i < table.rows(); ++i)
       panel.cells.push_back({table.column("x")[i], table.column("y")[i], table.column(column.name)[i]});
   }
-  Figure f{.name = name_of_plot(plot, "basin"), .source = "basin.json", .formats = plot.formats};
+  Figure f{.name = name_of_plot(plot, "basin"),
+           .source = "basin.json",
+           .title = plot.title,
+           .formats = plot.formats};
   f.caption = fmt::format("{} of the attractor reached from each start.", fmt::join(plot.y, ", "));
   if (map.panels.size() == 1) f.width_cm = 13;
   add_heat_map(f, map, style_of(plot.folder));

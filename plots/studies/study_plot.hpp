@@ -16,6 +16,7 @@ struct StudyPlot {
   std::vector<std::string> y;    ///< measures, statistics or columns
   std::vector<std::string> x;    ///< one axis of a sweep for curves, two for a map; may be empty
   std::string name = {};         ///< of the files; empty: derived from the above
+  std::string title = {};        ///< above the panels; empty: none
   std::vector<Format> formats = {};
 };
 

@@ -119,8 +119,10 @@ std::filesystem::path sweep_curves(const StudyPlot& plot, const SweepRuns& runs,
   const bool scattered = std::ranges::any_of(runs.axes(), &SweepAxis::drawn);
   std::vector<double> abscissae;
   for (const auto& cell : runs.cells()) abscissae.push_back(cell.values[x] * axis.scale);
-  Figure f{
-      .name = name_of_plot(plot, "sweep", "_" + axis.name), .source = "sweep.json", .formats = plot.formats};
+  Figure f{.name = name_of_plot(plot, "sweep", "_" + axis.name),
+           .source = "sweep.json",
+           .title = plot.title,
+           .formats = plot.formats};
   f.caption = fmt::format("{} over {}.", fmt::join(plot.y, ", "), axis.name);
   const bool keyed = groups.list().size() > 1;
   auto across = axis_at(abscissae);
@@ -200,6 +202,7 @@ std::filesystem::path sweep_map(const StudyPlot& plot, const SweepRuns& runs, st
     }
   Figure f{.name = name_of_plot(plot, "sweep", fmt::format("_{}-{}", x_axis.name, y_axis.name)),
            .source = "sweep.json",
+           .title = plot.title,
            .formats = plot.formats};
   f.caption = fmt::format("{} over {} and {}.", fmt::join(plot.y, ", "), x_axis.name, y_axis.name);
   if (map.panels.size() == 1) f.width_cm = 12;

@@ -20,7 +20,7 @@ namespace {
 struct PlotRequest : Request {
   std::vector<std::string> folders, y;
   std::vector<std::string> units;
-  std::string x, section, name, format, style;
+  std::string x, section, name, title, format, style;
   bool fold = false;
   std::optional<double> from, to;
 };
@@ -72,8 +72,11 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
         "\"1000*speed\" with [units] speed_mm = \"mm/s\". Then repeat `freeplay sweep`.");
   if (!request.section.empty() || request.from || request.to || request.fold)
     throw SceneError("plot: --from, --to, --section and --fold are for runs, not for the results of a study");
-  plots::StudyPlot what{
-      .folder = folder, .y = {}, .x = plots::columns_named(request.x), .name = request.name};
+  plots::StudyPlot what{.folder = folder,
+                        .y = {},
+                        .x = plots::columns_named(request.x),
+                        .name = request.name,
+                        .title = request.title};
   for (const auto& list : request.y)
     for (const auto& name : plots::columns_named(list)) what.y.push_back(name);
   if (what.y.empty()) throw SceneError("--y: names nothing");
@@ -100,6 +103,7 @@ int plot(const PlotRequest& request) {
   what.to = request.to;
   if (!request.section.empty()) what.section = plots::crossing_of(request.section);
   what.name = request.name;
+  what.title = request.title;
   what.formats = plots::formats_named(plots::columns_named(request.format));
   if (!request.style.empty()) plots::choose_style(request.style);
   const auto lock = lock_results(what.folders.front(), "plot");
@@ -148,6 +152,8 @@ void plot_verb(Program& program) {
       .add("-o,--output", request.name,
            "name of the figure in figures/ of the first folder; default from its columns")
       .takes("NAME");
+  options.add("--title", request.title, "title above the panels; without it, or empty, the figure has none")
+      .takes("TEXT");
   options
       .add("--format", request.format,
            "pdf, png, svg, eps, cairolatex, separated by commas; default from style.toml")

@@ -180,11 +180,13 @@ Drawn run_in(const std::filesystem::path& folder) {
   const std::vector<std::string> set{"run.revolutions=1.1", "run.discard=0", "run.forces=true"};
   run_scene(*open_scene(test::flores(), set), {.formulation = "nonsmooth", .folder = folder});
   const auto plot = "plot " + folder.string();
-  return {folder,
-          {"figures " + folder.string(), plot + " --y gudgeon.gap",
-           plot + " --y crank.omega --y main.fx,main.fy,gudgeon.fn",  // a constant signal
-           plot + " --x gudgeon.ex --y gudgeon.ey",
-           plot + " --y 'hypot(gudgeon.fx, gudgeon.fy)' --over crank_angle --fold"}};
+  return {
+      folder,
+      {"figures " + folder.string(), plot + " --y gudgeon.gap",
+       plot + " --y crank.omega --y main.fx,main.fy,gudgeon.fn",  // a constant signal
+       plot + " --x gudgeon.ex --y gudgeon.ey --title 'Centre of the gudgeon within its bearing, from the "
+              "start to the end of the run'",
+       plot + " --y 'hypot(gudgeon.fx, gudgeon.fy)' --over crank_angle --fold"}};
 }
 
 /// A comparison, and a run beside it.
@@ -222,9 +224,10 @@ struct Studies {
     test::put_bifurcation(place / "bifurcation");
     test::put_basin(place / "basin");
     const auto swept = "plot " + ball.out.string();
-    all.push_back({ball.out,
-                   {swept + " --y hardest,highest --x e", swept + " --y hardest --x mass",
-                    swept + " --y hardest,highest --x e,mass"}});
+    all.push_back(
+        {ball.out,
+         {swept + " --y hardest,highest --x e --title 'Hardest impact and greatest height of the ball'",
+          swept + " --y hardest --x mass", swept + " --y hardest,highest --x e,mass"}});
     all.push_back({place / "paper", {"figures " + (place / "paper").string()}});
     for (const auto& [name, column] :
          {std::pair("ensemble", "gudgeon.fastest_approach_m_per_s,gudgeon.impacts"),

@@ -1,6 +1,7 @@
 // Columns of result folders as figures: rows, names, units; and the figures of joints with
 // clearance.
 #include "dynamics/planar.hpp"
+#include "io/files/child.hpp"
 #include "io/files/csv.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/column_title.hpp"
@@ -170,6 +171,38 @@ TEST_CASE("freeplay plot draws the requested columns and lists the available one
   }
   write_file(one / "trajectory.csv", "");
   refused("--y b.x", "trajectory.csv: is empty");
+}
+
+// A column of 84 mm has room for (84 mm − 4·1.2 mm)/1.57 mm = 50 letters of 7 pt. A line of the title takes
+// 3.6 mm, and the gap below it 1 mm. The height of a page is printed with six digits.
+TEST_CASE("a title stands above the panels, broken to the width of the figure", "[figures][plot]") {
+  const test::TemporaryFolder folder;
+  write_known(folder.path());
+  write_file(folder.path() / "style.toml", "width = 84\n");
+  const auto script = [&](const std::string& more) {
+    test::succeeded(fmt::format("plot {} --y b.y,b.ax -o mine --style {} {}", folder.path().string(),
+                                (folder.path() / "style.toml").string(), more));
+    return test::file_text(folder.path() / "figures/mine.gp");
+  };
+  const auto height = [](const std::string& text) {
+    return std::stod(text.substr(text.find("HEIGHT = ") + 9));
+  };
+  const auto plain = script("");
+  CHECK_THAT(plain, !Contains("set label 91"));
+  CHECK(script("--title ''") == plain);
+  const std::string first = "Motion of the body b over the time of the whole", second = "run, $_{hostile}";
+  const auto titled = script("--title '" + first + " " + second + "'");
+  CHECK_THAT(titled, Contains("set label 91 \"" + first + "\" at screen 0.5, ") &&
+                         Contains("set label 92 \"") && !Contains("set label 93"));
+  CHECK(test::count(titled, "unset label 91\nunset label 92\n") == 1);
+  CHECK(height(titled) - height(plain) == Approx(2 * 0.36 + 0.1).margin(2e-4));
+  CHECK(height(script("--title Motion")) - height(plain) == Approx(0.36 + 0.1).margin(2e-4));
+  const auto facts =
+      run_child({.command = {"pdfinfo", (folder.path() / "figures/mine.pdf").string()}, .listen = true});
+  CHECK_THAT(facts.output, Contains("Motion\n"));
+  std::string words;
+  for (int i = 0; i < 60; ++i) words += "word ";
+  CHECK_THAT(script("--title '" + words + "'"), Contains("set label 93 \"word") && !Contains("set label 94"));
 }
 
 TEST_CASE("every column of a run has a unit", "[figures][plot]") {
