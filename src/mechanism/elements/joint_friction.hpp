@@ -74,11 +74,12 @@ struct JointFriction {
     if (turns)
       k.take({"torque", "N m", "the bound of a revolute joint's friction torque where it is fixed"}, l.torque,
              non_negative);
-    if (k.when(!l.torque))
+    const bool torque = (!on || pin) && l.torque;
+    if (k.when(!torque))
       k.take({"regularisation", "m/s",
               "sliding speed below which friction is linear; required by the penalty formulation"},
              l.regularisation, positive);
-    if (k.when(l.torque.has_value()))
+    if (k.when(torque))
       k.take({"regularisation", "rad/s", "the same of a torque"}, l.regularisation, positive);
     if (k.when(!pin, {"static_force"}, "belongs to translational joints"))
       if (auto* p = k.group("static_force", l.peak)) {
@@ -127,15 +128,14 @@ struct JointFriction {
     k.check(!on || !std::visit([](const auto& j) { return is_loose(j); }, *on), "joint",
             "must be a joint without clearance; one with clearance has friction by its surface");
     k.check(
-        !pin || l.torque || l.reaction, "joint",
+        !pin || torque || l.reaction, "joint",
         "must be a translational joint, or the bound a torque or friction times the joint's reaction, not a "
         "fixed force");
-    k.check(!on || pin || !l.torque, "torque", "belongs to revolute joints");
-    k.check(l.force || l.torque || l.reaction, "force",
+    k.check(l.force || torque || l.reaction, "force",
             "is missing: the bound is a fixed force, or friction times the joint's reaction");
     k.check(!l.force || !l.reaction, "force",
             "the bound is either a fixed force or friction times the joint's reaction");
-    k.check(!l.torque || !(l.force || l.reaction), "torque",
+    k.check(!torque || !(l.force || l.reaction), "torque",
             "the bound is either a fixed torque or friction times the joint's reaction");
     k.when(l.peak || l.reaction, {"stribeck_speed", "stribeck_exponent"},
            "goes with a static value: static_force, static_torque or static_friction");

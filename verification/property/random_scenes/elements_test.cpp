@@ -18,8 +18,19 @@ const std::vector<std::string> element_kinds{"ratio-trains", "freewheels", "stri
 /// Scenes of one kind by every method: none is wrong without a warning, none crashes, and at most a
 /// twentieth of the runs has another defect (refused, falsely doubted or slow).
 void check_scenes(const std::string& kind, int count) {
-  const test::TemporaryFolder folder;
-  const auto rows = judge_all({.seed = 69, .count = count, .kinds = kind}, folder.path(), {});
+  std::vector<Row> rows;
+  if (count > 5) {  // on all cores
+    const test::TemporaryFolder folder;
+    rows = judge_all({.seed = 69, .count = count, .kinds = kind}, folder.path(), {});
+  }
+  for (int i = 0; i < count && count <= 5; ++i) {
+    const auto scene = draw(69, i, kind);
+    std::vector<const Way*> by;
+    for (const auto& way : ways(Suite::rows))
+      if (has_model(scene, way)) by.push_back(&way);
+    std::size_t n = 0;
+    assess(scene, by, [&](const Verdict& v) { rows.push_back({i, scene.kind, by[n++]->name, v}); });
+  }
   CHECK(rows.size() == static_cast<std::size_t>(count) * ways(Suite::rows).size());
   std::size_t defects = 0, known = 0;
   for (const auto& r : rows) {

@@ -306,6 +306,11 @@ std::vector<ExpectedRows> expected_of(const RandomScene& scene, Family family) {
   if (scene.line && knows(*scene.line, family))
     for (auto& e : expected_of(*scene.line, family, instants)) list.push_back(std::move(e));
   for (auto& e : expected_of_runs(scene, family)) list.push_back(std::move(e));
+  // A coordinate that friction holds has no scale of its own.
+  for (auto& e : list) {
+    e.floor = std::max(e.floor, 1e-9 * scene.speed * scene.shortest);
+    e.V = std::max(e.V, 1e-9 * scene.speed);
+  }
   return list;
 }
 
