@@ -76,6 +76,8 @@ class Builder {
              const ContactFacts& facts) {
     pair(RoundPair{link, side, rest, radius_i, radius_j}, facts);
   }
+  /// One contact for each arc of a bearing and a journal with profiles.
+  void profiled(const Link& link, const OutOfRound& surfaces, ContactFacts facts);
   void line(const Link& link, double side, const Vec2& axis, double rest, double radius,
             const ContactFacts& facts) {
     pair(LinePair{link, side, axis, rest, radius}, facts);

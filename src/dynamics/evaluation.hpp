@@ -155,6 +155,7 @@ struct ContactFacts {
   /// for a sharp corner.
   double radius = 0;
   bool ring = false;                              ///< a journal inside a bearing
+  bool out_of_round = false;                      ///< a ring of which a surface has a profile
   double radius_bearing = 0, radius_journal = 0;  ///< m, of a ring
   /// N/m, if stated; else it follows from the curvature
   std::optional<double> stiffness;

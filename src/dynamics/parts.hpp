@@ -1,5 +1,5 @@
 // The kinds of constraint row and contact pair that a System consists of. Each kind is a file of
-// rows/, pairs.hpp, cam_pairs.hpp or outline_pair.hpp and is listed here once. Drives and loads are in
+// rows/, pairs.hpp, cam_pairs.hpp, outline_pair.hpp or profile_pair.hpp and is listed here once. Drives and loads are in
 // elements.hpp.
 #pragma once
 
@@ -12,6 +12,7 @@
 #include "dynamics/cam_pairs.hpp"
 #include "dynamics/outline_pair.hpp"
 #include "dynamics/pairs.hpp"
+#include "dynamics/profile_pair.hpp"
 #include "dynamics/rows/angle.hpp"
 #include "dynamics/rows/distance.hpp"
 #include "dynamics/rows/mesh.hpp"
@@ -29,8 +30,8 @@ using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
                std::vector<MotionRow>, std::vector<RatioRow>, std::vector<MeshRow<InvoluteMesh>>,
                std::vector<MeshRow<RackMesh>>, std::vector<DistanceRow>, std::vector<ReducedBeamRows>>;
-using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, OutlinePair,
-                          FlankPair<InvoluteMesh>, FlankPair<RackMesh>, AngleStopPair, RatioPair>;
+using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, OutlinePair, FlankPair<InvoluteMesh>,
+                          FlankPair<RackMesh>, AngleStopPair, RatioPair, ProfilePair>;
 using FrictionRow = std::variant<SlidingRow, SpinRow, TurnRow>;
 
 /// Numbers of rows, contacts, frictions and states that an element adds to the solver.

@@ -1,5 +1,7 @@
 // Construction of a System from a Mechanism: the pattern of the rows, and which entries are
 // constant.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -230,6 +232,19 @@ ContactFacts Builder::facts(const std::string& name, const std::array<int, 2>& b
 void Builder::pair(const Pair& pair, const ContactFacts& facts) {
   s_.pairs_.push_back(pair);
   s_.contact_facts_.push_back(facts);
+}
+
+void Builder::profiled(const Link& link, const OutOfRound& surfaces, ContactFacts facts) {
+  // No step passes a wave, or the angle of 0.02 rad if points are closer.
+  const double wave = std::min(surfaces.bearing.narrowest(), surfaces.journal.narrowest());
+  limit_turn(std::max(0.5 * wave, 0.02));
+  facts.out_of_round = true;
+  const auto name = facts.name;
+  const auto shared = std::make_shared<const OutOfRound>(surfaces);
+  for (std::size_t k = 0; k < surfaces.arcs.size(); ++k) {
+    if (surfaces.arcs.size() > 1) facts.name = fmt::format("{}.{}", name, k + 1);
+    pair(ProfilePair{link, facts.clearance, facts.radius_bearing, shared, surfaces.arcs[k]}, facts);
+  }
 }
 
 void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,

@@ -115,6 +115,8 @@ template <class T>
         const auto a = arms(p.link, q, e);
         if constexpr (requires { p.rows(a, q, v, e, row); })
           p.rows(a, q, v, e, row);
+        else if constexpr (requires { p.rows(facts, q, a, v, e, row); })
+          p.rows(facts, q, a, v, e, row);
         else
           p.rows(facts, a, v, e, row);
       },

@@ -244,7 +244,8 @@ std::vector<int> SystemTangent::vary(Branch& branch, const TracedObject& nominal
     std::vector<TracedObject> displaced;
     for (const auto* system : parameter.systems) displaced.push_back(record(*system, function, point));
     const auto is_like = [&](const auto& d) { return d.same_structure(nominal); };
-    if (!nominal.outside().empty() || !std::ranges::all_of(displaced, is_like)) {
+    const auto is_refined = [](const auto& f) { return f->refined; };
+    if (!std::ranges::all_of(nominal.outside(), is_refined) || !std::ranges::all_of(displaced, is_like)) {
       exclude(p);
       continue;
     }

@@ -24,7 +24,8 @@
 //
 // Parameters appear as constants of the operations: their derivatives by a parameter are differences of
 // fourth order between the traces of displaced systems, formed once. A parameter is not covered if it changes
-// the operations themselves or the numbers of a table, or if a function calls code that is not traced.
+// the operations themselves or the numbers of a table, or if a function calls code that is not traced (unless a traced step
+// refines its results).
 //
 // Usage:
 //

@@ -14,6 +14,7 @@
 #include "mechanism/curve.hpp"
 #include "mechanism/elements.hpp"
 #include "mechanism/group.hpp"
+#include "mechanism/profile.hpp"
 #include "mechanism/surface.hpp"
 #include "values/vec2.hpp"
 
@@ -37,6 +38,8 @@ struct Mechanism {
   std::vector<Surface> surfaces;
   /// lubricants of the joints
   std::vector<Lubricant> lubricants;
+  /// deviations of bearings and journals from circles
+  std::vector<Profile> profiles;
   /// drives
   std::vector<Drive> drives;
   /// loads

@@ -134,6 +134,9 @@ inline Traced either(const Traced& a, const Traced& b) { return record(Operation
 struct OutsideFunction {
   std::size_t results = 0;
   std::function<void(const double* x, double* y)> evaluate = {};
+  /// Whether its results are only a start for an iteration whose last step is traced. The derivatives of what
+  /// follows by x and by constants are then complete.
+  bool refined = false;
 };
 /// Its results at x, as numbers without derivatives. Their derivatives, if there are any, must be among them.
 /// Throws NotTraceable with `reason` unless the function is only differentiated (TracedObject::unshared()).

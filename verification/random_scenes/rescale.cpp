@@ -111,6 +111,10 @@ Scene rescaled(Scene scene, const Units& u) {
                contact);
   for (auto& s : m.surfaces) maybe(s.young, force / (L * L));
   for (auto& l : m.lubricants) l.viscosity *= force * T / (L * L), maybe(l.hand_over, L);
+  for (auto& p : m.profiles) {
+    for (auto& row : p.harmonics) row[1] *= L, row[2] *= L;
+    for (auto& [angle, deviation] : p.points) deviation *= L;
+  }
   for (auto& drive : m.drives)
     std::visit(Overloaded{[&](SpeedDrive& d) { d.speed /= T; },
                           [&](TorqueDrive& d) {

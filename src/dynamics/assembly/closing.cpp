@@ -18,7 +18,10 @@
 namespace freeplay {
 namespace {
 
-/// Variables q; constraints: the chosen rows of Φ = 0, then |e_k|²/c_k² ≤ 1.
+/// Whether the journal's centre is free within a circle, whose radius is the clearance.
+bool is_circle(const ContactFacts& facts) { return facts.ring && !facts.out_of_round; }
+
+/// Variables q; constraints: the chosen rows of Φ = 0, then |e_k|²/c_k² ≤ 1, or g_k ≥ 0 as 1 − g_k/c_k ≤ 1.
 class Assembly : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
@@ -87,7 +90,7 @@ class Assembly : public Ipopt::TNLP {
     for (int k : rows_) *g++ = at(e_.phi, k);
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& facts = system_.contact_facts(k);
-      *g++ = facts.ring ? system_.eccentricity(k, x, e_).squared_norm() / square(facts.clearance)
+      *g++ = is_circle(facts) ? system_.eccentricity(k, x, e_).squared_norm() / square(facts.clearance)
                         : 1 - system_.gap(k, x, e_) / facts.clearance;
     }
     return true;
@@ -112,7 +115,7 @@ class Assembly : public Ipopt::TNLP {
       const auto& facts = system_.contact_facts(k);
       system_.contact(k, x, zero_.data(), e_, contact);
       const double factor =
-          facts.ring ? -2 * (facts.clearance - contact.gap) / square(facts.clearance) : -1 / facts.clearance;
+          is_circle(facts) ? -2 * (facts.clearance - contact.gap) / square(facts.clearance) : -1 / facts.clearance;
       int i = 0;
       for (int body : facts.bodies)
         if (body != ground)

@@ -22,6 +22,7 @@ struct Dynamics<RevoluteJoint> : RevoluteJoint {
     facts.radius_journal = journal;
     facts.bearing_length = c.bearing_length;
     if (c.lubricant >= 0) facts.lubricant = b.mechanism().lubricants[c.lubricant];
+    if (const auto surfaces = out_of_round(b.mechanism(), *this)) return b.profiled(link, *surfaces, facts);
     b.round(link, 1, c.radial, c.bearing_radius, journal, facts);
   }
 };

@@ -135,6 +135,9 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
     at(mechanism_.lubricants, index, key.name);
     film(key.name, index, clearance, bearing_length);
   }
+  void profile(const Key& key, int index) const {
+    if (index >= 0) at(mechanism_.profiles, index, key.name);
+  }
   void drive(const Key& key, const std::string& name) const { known_drive(key.name, name); }
   void gauge(const Key& beam, const Key& place, const Instrument& i) const {
     gauged(beam.name, i.beam);
@@ -277,6 +280,8 @@ void check_elements_together(const Scene& scene) {
                          "has no angle, since one of its bodies is a point body");
   }
   check_point_bodies(m);
+  for (const auto& joint : m.joints)
+    if (const auto* pin = std::get_if<RevoluteJoint>(&joint)) (void)out_of_round(m, *pin);
 }
 
 void check_scene(const Scene& scene) try {

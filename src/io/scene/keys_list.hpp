@@ -180,6 +180,7 @@ class KeysList {
     return nullptr;
   }
   void lubricant(const Key& key, int&, double, const std::optional<double>&) { add(key, "text", "–"); }
+  void profile(const Key& key, int&) { add(key, "text", "–"); }
   void drive(const Key& key, std::string&) { add(key, "text", "required"); }
   template <class J>
   const J* joint(const Key& key, int&) {

@@ -98,6 +98,10 @@ class KeysReader : public SectionReader, private KeyRules {
   const Surface* surface(const Key& key, int& surface);
   void lubricant(const Key& key, int& lubricant, double clearance,
                  const std::optional<double>& bearing_length);
+  /// A profile; may be absent.
+  void profile(const Key& key, int& profile) {
+    if (s_.has(key.name)) profile = named(key.name, "profile", mechanism_.profiles, s_.text(key.name));
+  }
   void drive(const Key& key, std::string& drive);
   void gauge(const Key& beam, const Key& place, Instrument& i);
   void any_joint(const Key& key, int& joint, std::array<int, 2>& pair);

@@ -110,6 +110,7 @@ Mechanism read_mechanism(Section& root) {
   read_beams(root, m, fixed);
   if (m.bodies.empty()) root.fail("bodies", no_bodies);
   facts("lubricants", m.lubricants);
+  facts("profiles", m.profiles);
   facts("curves", m.curves);
   // Joints that name other joints follow those.
   auto joints = root.children("joints");

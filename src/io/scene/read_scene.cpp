@@ -24,11 +24,11 @@ bool names_it(const toml::table& table, const std::string& word) {
   });
 }
 
-/// Refuses surfaces and lubricants that exist in options only and that nothing names: they would
+/// Refuses surfaces, lubricants and profiles that exist in options only and that nothing names: they would
 /// have no effect.
 void refuse_made_in_vain(const toml::table& document, const SceneSource& source) {
   for (const auto& [path, beside] : source.made)
-    if ((path.starts_with("surfaces.") || path.starts_with("lubricants.")) &&
+    if ((path.starts_with("surfaces.") || path.starts_with("lubricants.") || path.starts_with("profiles.")) &&
         !names_it(document, path.substr(path.find('.') + 1)))
       source.refuse_made(path);
 }

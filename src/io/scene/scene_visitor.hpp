@@ -149,6 +149,7 @@ void each_section(Visitor& v, const Scene& scene) {
     if (!body.made) visit("bodies", body);
   facts("surfaces", m.surfaces);
   facts("lubricants", m.lubricants);
+  facts("profiles", m.profiles);
   facts("curves", m.curves);
   elements("joints", m.joints);
   elements("contacts", m.contacts);

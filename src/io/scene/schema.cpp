@@ -17,6 +17,7 @@
 #include "mechanism/ground.hpp"
 #include "mechanism/group.hpp"
 #include "mechanism/options.hpp"
+#include "mechanism/profile.hpp"
 #include "mechanism/surface.hpp"
 
 namespace freeplay {
@@ -89,6 +90,7 @@ const Schema& scene_schema() {
     list.facts<Group>("groups.*", "a group");
     list.facts<Beam>("beams.*", "a beam");
     list.facts<Lubricant>("lubricants.*", "a lubricant");
+    list.facts<Profile>("profiles.*", "a profile");
     list.facts<Surface>("surfaces.*", "a surface");
     list_kinds<Drive>(list, "drives.*", "a drive");
     list.facts<Curve>("curves.*", "a curve");

@@ -120,6 +120,9 @@ class KeysWriter : public SceneVisitor<KeysWriter> {
   void lubricant(const Key& key, int index, double, const std::optional<double>&) {
     if (index >= 0) text(key.name, at(mechanism_.lubricants, index, key.name).name);
   }
+  void profile(const Key& key, int index) {
+    if (index >= 0) text(key.name, at(mechanism_.profiles, index, key.name).name);
+  }
   void drive(const Key& key, const std::string& name) { text(key.name, name); }
   void gauge(const Key& beam, const Key& place, const Instrument& i) {
     text(beam.name, i.beam);

@@ -4,6 +4,8 @@
 //     ideal            r_j^P − r_i^P = 0:  two rows
 //     with clearance   a circle inside a circle: one contact (dynamics/pairs.hpp), with a film if it
 //                      names a lubricant
+//     with profiles    surfaces that are not round: a contact for each arc where they can touch
+//                      (mechanism/profile.hpp, dynamics/profile_pair.hpp)
 #pragma once
 
 #include <array>
@@ -21,6 +23,11 @@ struct Clearance {
   int surface = -1;                           ///< index into Mechanism::surfaces
   std::optional<double> bearing_length = {};  ///< m, > 0, required by line contacts and films
   int lubricant = -1;                         ///< index into Mechanism::lubricants; −1: dry
+  /// index into Mechanism::profiles of the deviation of each surface; −1: round
+  int bearing_profile = -1, journal_profile = -1;
+
+  /// Whether a surface is not round.
+  bool has_profile() const { return bearing_profile >= 0 || journal_profile >= 0; }
 };
 
 /// A point of each body, in the body's frame (ground: world), m from the centre of mass.
@@ -49,6 +56,15 @@ struct RevoluteJoint {
       k.take({"bearing_length", "m", "length of the bearing; line-contact laws need it"}, c->bearing_length,
              positive);
       k.lubricant({"lubricant", "", "lubricant; if absent: dry"}, c->lubricant, c->radial, c->bearing_length);
+      k.profile({"bearing_profile", "",
+                 "profile by which the bearing's radius deviates, over the angle of the first body; if absent: round"},
+                c->bearing_profile);
+      k.profile({"journal_profile", "",
+                 "profile by which the journal's radius deviates, over the angle of the second body; if absent: "
+                 "round"},
+                c->journal_profile);
+      k.check(c->lubricant < 0 || !c->has_profile(), "lubricant",
+              "cannot be combined with a profile: the films are those of round surfaces");
       k.surface({"surface", "", "the surface of its contacts"}, c->surface);
     }
   }

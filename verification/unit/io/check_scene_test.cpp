@@ -34,7 +34,7 @@ class Fault {
     const auto elements = [&](auto& list) {
       for (auto& one : list) std::visit([&](auto& x) { element(x, name_of(list.front())); }, one);
     };
-    facts(m.bodies), facts(m.surfaces), facts(m.lubricants), facts(m.curves);
+    facts(m.bodies), facts(m.surfaces), facts(m.lubricants), facts(m.profiles), facts(m.curves);
     elements(m.joints), elements(m.contacts), facts(m.groups), elements(m.drives), elements(m.loads);
     Configuration::keys(*this, m.assembly);
     PenaltyOptions::keys(*this, scene.penalty);
@@ -98,6 +98,11 @@ class Fault {
     if (x) index(*x);
   }
   void lubricant(const Key&, int& x, const auto&...) { index(x); }
+  void profile(const Key&, int& x) { index(x); }
+  void rows(const Key&, const auto&, auto& list) {
+    for (auto& row : list)
+      for (double& x : row) value(x);
+  }
   void drive(const Key&, std::string& x) {
     if (hit()) change_ = [&x] { x += "x"; };
   }

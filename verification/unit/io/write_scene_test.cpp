@@ -138,6 +138,8 @@ TEST_CASE("changing one number of a canonical text changes exactly that value", 
       const double x = std::stod(it->str());
       // The [0, 0] that these pass through.
       if (x == 0 && (key.ends_with("damping_table") || key.ends_with("radial_table"))) continue;
+      // orders of harmonics
+      if (x == std::floor(x) && key.ends_with("harmonics")) continue;
       // a point body has no point except its centre
       if (x == 0 && key == "joints.string.at") continue;
       auto moved = value;

@@ -1,0 +1,117 @@
+#include "dynamics/profile_pair.hpp"
+
+#include <numbers>
+
+namespace freeplay {
+namespace {
+
+/// rad: half width below which an interval is not divided further. The bound on G is then off by the square of
+/// this width, 1e-10 of κ.
+constexpr double finest = 1e-5;
+/// Within the reach the least G is exact to rounding. Farther away an error of this share of the excess is allowed,
+/// because G may be level there.
+constexpr double coarse = 1e-6;
+
+}  // namespace
+
+struct ProfilePair::Search {
+  const ProfilePair& pair;
+  const Vec2& d;
+  double angle, third;  // third: bound of |G‴|
+  Place best;
+
+  void within(double a, double b) {
+    const double m = 0.5 * (a + b), w = 0.5 * (b - a);
+    const Place x = pair.look(d, angle, m);
+    if (x.gap < best.gap) best = x;
+    if (std::abs(x.slope) > (std::abs(x.bend) + 0.5 * third * w) * w) return;  // monotone
+    const double least_bend = x.bend - third * w;
+    const double lower = least_bend > 0 ? -0.5 * x.slope * x.slope / least_bend
+                                        : -std::abs(x.slope) * w + 0.5 * least_bend * w * w;
+    const double margin = 1e-15 * pair.clearance + coarse * std::max(0.0, best.gap - pair.reach());
+    if (x.gap + lower > best.gap - margin) return;
+    if (least_bend > 0 || w < finest) {
+      const Place end = pair.descend(d, angle, x, a, b);
+      if (end.gap <= best.gap) best = end;
+      return;
+    }
+    within(a, m);
+    within(m, b);
+  }
+};
+
+/// Newton's method for a minimum of G in [a, b]. A step that would leave the interval ends at its end, or in its
+/// middle if the minimum is known to lie before that end.
+ProfilePair::Place ProfilePair::descend(const Vec2& d, double angle, Place x, double a, double b) const {
+  bool after_a = false, before_b = false;
+  for (int i = 0; i < 100 && x.slope != 0; ++i) {
+    if (x.slope > 0)
+      b = x.phi, before_b = true;
+    else
+      a = x.phi, after_a = true;
+    double to = x.bend > 0 ? x.phi - x.slope / x.bend : x.slope > 0 ? a : b;
+    if (to > b) to = before_b ? 0.5 * (a + b) : b;
+    if (to < a) to = after_a ? 0.5 * (a + b) : a;
+    const double step = std::abs(to - x.phi);
+    if (step <= 1e-16 * (1 + std::abs(to))) break;
+    x = look(d, angle, to);
+    if (step <= 1e-10) break;  // the next one is below rounding
+  }
+  return x;
+}
+
+ProfilePair::Place ProfilePair::nearest(const Vec2& d, double angle) const {
+  const double far = d.norm(), pi = std::numbers::pi;
+  double psi = far > 0 ? std::atan2(d.y(), d.x()) : 0, a = psi - pi, b = psi + pi;
+  Search search{*this, d, angle, bearing().bounds().d3 + journal().bounds().d3 + far, {}};
+  if (arc.whole) {
+    search.best = look(d, angle, psi);
+  } else {
+    a = arc.from, b = arc.to;
+    psi += 2 * pi * std::round((0.5 * (a + b) - psi) / (2 * pi));
+    search.best = look(d, angle, std::clamp(psi, a, b));
+    // Ends at which G increases into the arc. At a cut exactly one of both pairs has an end.
+    Place first = look(d, angle, a), last = look(d, angle, b);
+    first.end = first.slope >= 0, last.end = last.slope < 0;
+    for (const auto& x : {first, last})
+      if (x.gap < search.best.gap || (x.end && x.gap <= search.best.gap)) search.best = x;
+  }
+  if (!std::isfinite(search.best.gap)) return search.best;
+  // G ≥ c + least p − |d| cos(φ − ψ)
+  const double floor = clearance + bearing().bounds().low - journal().bounds().high;
+  const double cosine = far > 0 ? (floor - search.best.gap) / far : -1;
+  if (cosine > 0) {
+    const double wide = (1 + 1e-9) * std::acos(std::min(cosine, 1.0)) + 1e-7;
+    a = std::max(a, psi - wide), b = std::min(b, psi + wide);
+  }
+  if (a < b) search.within(a, b);
+  auto& best = search.best;  // not stationary yet where a bound excluded its interval
+  if (!best.end && best.slope != 0)
+    best = arc.whole ? descend(d, angle, best, best.phi - pi, best.phi + pi)
+                     : descend(d, angle, best, arc.from, arc.to);
+  if (!arc.whole && !best.end)
+    best.end = (best.phi == arc.from && best.slope > 0) || (best.phi == arc.to && best.slope < 0);
+  return best;
+}
+
+GapMotion ProfilePair::motion(const MotionBounds& bounds, const Vec2& d) const {
+  auto m = relative_motion(link, bounds);
+  const auto of = [](const std::vector<double>& x, int body) { return omega(x.data(), body); };
+  const double wi = of(bounds.speed, link.i), wj = of(bounds.speed, link.j);
+  const double ai = of(bounds.acceleration, link.i), aj = of(bounds.acceleration, link.j);
+  const auto &b = bearing().bounds(), &j = journal().bounds();
+  const double speed = m.speed, s = speed + b.d2 * wi + j.d2 * wj;
+  m.shape = GapMotion::Shape::curved;
+  m.reach = reach();
+  m.speed += b.d1 * wi + j.d1 * wj;
+  m.acceleration += b.d1 * ai + j.d1 * aj + b.d2 * wi * wi + j.d2 * wj * wj + s * s / m.reach;
+  if (arc.whole) return m;
+  const double far = d.norm() + speed * bounds.duration, steep = b.d1 + j.d1 + far;
+  const double w = of(bounds.speed, frame());
+  m.speed += steep * w;
+  m.acceleration += steep * of(bounds.acceleration, frame()) + (b.d2 + j.d2) * (wi + wj) * (wi + wj) +
+                    2 * w * speed + w * w * far;
+  return m;
+}
+
+}  // namespace freeplay
