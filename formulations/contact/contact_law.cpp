@@ -87,7 +87,8 @@ ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
                                  "law such as \"exact\"",
                                  facts_of(law).text, contact.name));
   if (!contact.bearing_length)
-    missing(fmt::format("joints.{}.bearing_length", contact.name), "a line contact's force grows with it");
+    missing(fmt::format("joints.{}.bearing_length", contact.name.substr(0, contact.name.find('.'))),
+            "a line contact's force grows with it");
   const double modulus = *surface.young / (2 * (1 - *surface.poisson * *surface.poisson));
   const LineContact line{modulus, *contact.bearing_length, contact.clearance};
   return visit_law(law, [&](auto l) -> ElasticLaw {
