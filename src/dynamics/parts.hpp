@@ -30,8 +30,9 @@ using ConstraintRows =
     std::tuple<std::vector<PointRows>, std::vector<SlideRow>, std::vector<AngleRow>, std::vector<SpeedRow>,
                std::vector<MotionRow>, std::vector<RatioRow>, std::vector<MeshRow<InvoluteMesh>>,
                std::vector<MeshRow<RackMesh>>, std::vector<DistanceRow>, std::vector<ReducedBeamRows>>;
-using Pair = std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, OutlinePair, FlankPair<InvoluteMesh>,
-                          FlankPair<RackMesh>, AngleStopPair, RatioPair, ProfilePair>;
+using Pair =
+    std::variant<RoundPair, LinePair, CamFlatPair, CamRollerPair, OutlinePair, FlankPair<InvoluteMesh>,
+                 FlankPair<RackMesh>, AngleStopPair, RatioPair, ProfilePair>;
 using FrictionRow = std::variant<SlidingRow, SpinRow, TurnRow>;
 
 /// Numbers of rows, contacts, frictions and states that an element adds to the solver.

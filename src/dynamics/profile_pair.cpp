@@ -5,11 +5,11 @@
 namespace freeplay {
 namespace {
 
-/// rad: half width below which an interval is not divided further. The bound on G is then off by the square of
-/// this width, 1e-10 of κ.
+/// rad: half width below which an interval is not divided further. The bound on G is then off by the square
+/// of this width, 1e-10 of κ.
 constexpr double finest = 1e-5;
-/// Within the reach the least G is exact to rounding. Farther away an error of this share of the excess is allowed,
-/// because G may be level there.
+/// Within the reach the least G is exact to rounding. Farther away an error of this share of the excess is
+/// allowed, because G may be level there.
 constexpr double coarse = 1e-6;
 
 }  // namespace
@@ -40,8 +40,8 @@ struct ProfilePair::Search {
   }
 };
 
-/// Newton's method for a minimum of G in [a, b]. A step that would leave the interval ends at its end, or in its
-/// middle if the minimum is known to lie before that end.
+/// Newton's method for a minimum of G in [a, b]. A step that would leave the interval ends at its end, or in
+/// its middle if the minimum is known to lie before that end.
 ProfilePair::Place ProfilePair::descend(const Vec2& d, double angle, Place x, double a, double b) const {
   bool after_a = false, before_b = false;
   for (int i = 0; i < 100 && x.slope != 0; ++i) {

@@ -1,12 +1,12 @@
 // Contact pair of a journal and a bearing of which one or both deviate from a circle (mechanism/profile.hpp).
 //
-// With d = r_j − r_i, n(φ) = (cos φ, sin φ), t = perp n, and the support functions H_b = R_b + p_b(φ − θ_i) of the
-// bearing and H_j = R_j + p_j(φ − θ_j) of the journal,
+// With d = r_j − r_i, n(φ) = (cos φ, sin φ), t = perp n, and the support functions H_b = R_b + p_b(φ − θ_i)
+// of the bearing and H_j = R_j + p_j(φ − θ_j) of the journal,
 //
 //     G(φ) = c + p_b − p_j − d·n,    G′ = p_b′ − p_j′ − d·t,    κ = G″ = p_b″ − p_j″ + d·n
 //
-// g is the least G over the arc of the pair. Where G′ = 0, the points of both surfaces with the normal n face each
-// other, so g is their distance exactly. The place moves with
+// g is the least G over the arc of the pair. Where G′ = 0, the points of both surfaces with the normal n face
+// each other, so g is their distance exactly. The place moves with
 //
 //     φ̇ = s/κ,    s = t·ḋ + p_b″ ω_i − p_j″ ω_j
 //
@@ -21,13 +21,15 @@
 // For round surfaces these are the equations of RoundPair (pairs.hpp). The forces do not change the angular
 // momentum, exactly where g = 0.
 //
-// The least G is found as in cam_pairs.hpp: an interval is divided until bounds of G and G′ exclude it, or κ > 0
-// holds in it and Newton's method ends in its only minimum. The bound of |G‴| is that of p_b‴ and p_j‴ plus |d|.
-// Only directions with c + least p − |d| cos(φ − ψ) < G(ψ) are searched, ψ: direction of d. No state is kept.
+// The least G is found as in cam_pairs.hpp: an interval is divided until bounds of G and G′ exclude it, or κ
+// > 0 holds in it and Newton's method ends in its only minimum. The bound of |G‴| is that of p_b‴ and p_j‴
+// plus |d|. Only directions with c + least p − |d| cos(φ − ψ) < G(ψ) are searched, ψ: direction of d. No
+// state is kept.
 //
-// Bounds. Let w₀ be the least difference of the radii of curvature on the arc (ContactArc::least). While g < w₀/2, κ =
-// w − G > w₀/2, and the place moves continuously. Farther away it may jump, and only the bound of ġ is used. Ends of
-// an arc are not touched, except a cut: there one pair separates when the next one closes, at equal gaps and rates.
+// Bounds. Let w₀ be the least difference of the radii of curvature on the arc (ContactArc::least). While g <
+// w₀/2, κ = w − G > w₀/2, and the place moves continuously. Farther away it may jump, and only the bound of ġ
+// is used. Ends of an arc are not touched, except a cut: there one pair separates when the next one closes,
+// at equal gaps and rates.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +54,7 @@ struct ProfilePair {
     T phi = 0;  ///< rad, direction of the normal from the x axis of body f
     bool end = false;
     T co = 1, si = 0;
-    CamProfile::ValueOf<T> b, j;  ///< p_b and p_j
+    CamProfile::ValueOf<T> b, j;     ///< p_b and p_j
     T gap = 0, slope = 0, bend = 0;  ///< G, G′ and κ
   };
   using Place = PlaceOf<double>;
@@ -81,8 +83,8 @@ struct ProfilePair {
 
   /// Not inlined, so that the rows of common pairs stay as they are.
   template <class T>
-  [[gnu::noinline]] void rows(const ContactFacts& facts, const T* q, const Arms<T>& a, const T* v, const EvaluationOf<T>& e,
-            ContactRowOf<T>& row) const {
+  [[gnu::noinline]] void rows(const ContactFacts& facts, const T* q, const Arms<T>& a, const T* v,
+                              const EvaluationOf<T>& e, ContactRowOf<T>& row) const {
     const int i = link.i, j = link.j;
     const auto p = place(in_frame(a.d, e), T(theta(q, j) - theta(q, i)));
     const Vec2Of<T> n = in_world({p.co, p.si}, e), t = perp(n), rate = relative_velocity(link, a, v);
@@ -132,7 +134,8 @@ struct ProfilePair {
       const auto p = pair.nearest({x[0], x[1]}, x[2]);
       y[0] = p.phi, y[1] = p.end ? 1 : 0;
     };
-    const auto y = call_outside({2, found, true}, std::array{d.x(), d.y(), angle}, "a place is found by iteration");
+    const auto y =
+        call_outside({2, found, true}, std::array{d.x(), d.y(), angle}, "a place is found by iteration");
     auto x = look(d, angle, y[0]);
     x.end = y[1] > Traced(0.5);
     if (x.end) return x;

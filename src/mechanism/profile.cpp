@@ -27,8 +27,8 @@ std::size_t samples(const Roundness& a, const Roundness& b) {
 /// point farthest from the origin, which belongs to the hull.
 std::vector<std::size_t> hull(const std::vector<Vec2>& points) {
   const auto n = points.size();
-  const auto first = static_cast<std::size_t>(
-      std::ranges::max_element(points, {}, &Vec2::squared_norm) - points.begin());
+  const auto first =
+      static_cast<std::size_t>(std::ranges::max_element(points, {}, &Vec2::squared_norm) - points.begin());
   std::vector<std::size_t> list;
   for (std::size_t i = 0; i <= n; ++i) {
     const auto next = (first + i) % n;
@@ -89,15 +89,22 @@ OutOfRound::OutOfRound(Roundness bearing_surface, Roundness journal_surface, dou
   const double slip = 0.5 * spacing * (b.d1 + j.d1);
   struct Least {
     double p = INFINITY, w = INFINITY;
-  } outer, inner;  // of p_b and −p_j
+  } outer, inner;           // of p_b and −p_j
+  double crest = INFINITY;  // least p_j + p_j″
   for (std::size_t k = 0; k < n; ++k) {
     const double phi = spacing * static_cast<double>(k);
     const auto y = bearing.at(phi), x = journal.at(phi);
     outer = {std::min(outer.p, y.h), std::min(outer.w, y.h + y.d2)};
     inner = {std::min(inner.p, -x.h), std::min(inner.w, -x.h - x.d2)};
+    crest = std::min(crest, x.h + x.d2);
   }
   if (!(clearance + outer.p + inner.p - slip > 0)) {
-    refusal = "leaves no clearance: the journal must fit into the bearing at the joint's point, at every angle";
+    refusal =
+        "leaves no clearance: the journal must fit into the bearing at the joint's point, at every angle";
+    return;
+  }
+  if (!(journal_radius + crest - slack > 0)) {
+    refusal = "is too sharp: the journal must have a radius of curvature greater than 0 everywhere";
     return;
   }
   if (const double least = clearance + outer.w + inner.w - slack; least > 0) {
@@ -131,8 +138,8 @@ OutOfRound::OutOfRound(Roundness bearing_surface, Roundness journal_surface, dou
   std::size_t first = 0;
   while (first < count && !is_corner(first)) ++first;
   const char* alike =
-      "is at its limit: radii of curvature of the bearing and the journal are equal where they touch; change an "
-      "amplitude slightly";
+      "is at its limit: radii of curvature of the bearing and the journal are equal where they touch; "
+      "change an amplitude slightly";
   if (first == count) {
     refusal = alike;
     return;
@@ -150,17 +157,17 @@ OutOfRound::OutOfRound(Roundness bearing_surface, Roundness journal_surface, dou
       refusal = alike;
       break;
     }
-    const double middle = 0.5 * (arc.from + arc.to);
-    auto second = arc;
-    if (arc.to - arc.from >= 0.999 * std::numbers::pi) {
-      arc.to = second.from = middle;
+    const double whole = arc.to - arc.from;
+    std::vector<double> ends{arc.to};
+    if (whole >= 0.999 * std::numbers::pi) ends = {arc.from + 0.3 * whole, arc.from + 0.65 * whole, arc.to};
+    for (const double end : ends) {
+      arc.to = end;
       arcs.push_back(arc);
-      arcs.push_back(second);
-    } else {
-      arcs.push_back(arc);
+      arc.from = end;
     }
     if (arcs.size() > most_arcs) {
-      refusal = "lets the journal touch at more than 64 separate places: smooth its points, or give fewer waves";
+      refusal =
+          "lets the journal touch at more than 64 separate places: smooth its points, or give fewer waves";
       break;
     }
   }

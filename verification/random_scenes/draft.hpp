@@ -93,7 +93,7 @@ class Draft {
   explicit Draft(RandomScene& scene) : scene(scene) {}
   RandomScene& scene;  ///< the reference of the motion, and the times of the scene
   std::string text;
-  bool given = true;          ///< positions and velocities as given; else the start determines velocities
+  bool given = true;  ///< positions and velocities as given; else the start determines velocities
   /// An assembled start changes the stated positions and velocities as little as possible.
   bool approximate = false;
   double flight = INFINITY;   ///< s, of a short free flight, or the shortest time between events

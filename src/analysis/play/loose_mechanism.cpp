@@ -236,9 +236,10 @@ void LooseMechanism::list_rows(const Mechanism& mechanism, const System& ideal, 
     const int rows = ideal.carried()[j].rows, contacts = loose.carried()[j].contacts;
     const bool ring = contacts > 0 && loose.contact_facts(contact).ring;
     if (contacts > 0 && loose.contact_facts(contact).out_of_round)
-      throw ModelError("joints." + name,
-                       "the play of a bearing or journal with a profile is not described: remove the profile, "
-                       "or state the clearance of the least gap");
+      throw ModelError(
+          "joints." + name,
+          "the play of a bearing or journal with a profile is not described: remove the profile, "
+          "or state the clearance of the least gap");
     const auto add = [&](std::string part, bool disc, double clearance) {
       components_.push_back(
           {{name, std::move(part), disc, clearance}, size_, static_cast<int>(rows_.size())});

@@ -91,7 +91,7 @@ class Assembly : public Ipopt::TNLP {
     for (int k = 0; k < system_.contacts(); ++k) {
       const auto& facts = system_.contact_facts(k);
       *g++ = is_circle(facts) ? system_.eccentricity(k, x, e_).squared_norm() / square(facts.clearance)
-                        : 1 - system_.gap(k, x, e_) / facts.clearance;
+                              : 1 - system_.gap(k, x, e_) / facts.clearance;
     }
     return true;
   }
@@ -114,8 +114,8 @@ class Assembly : public Ipopt::TNLP {
       // normal.
       const auto& facts = system_.contact_facts(k);
       system_.contact(k, x, zero_.data(), e_, contact);
-      const double factor =
-          is_circle(facts) ? -2 * (facts.clearance - contact.gap) / square(facts.clearance) : -1 / facts.clearance;
+      const double factor = is_circle(facts) ? -2 * (facts.clearance - contact.gap) / square(facts.clearance)
+                                             : -1 / facts.clearance;
       int i = 0;
       for (int body : facts.bodies)
         if (body != ground)

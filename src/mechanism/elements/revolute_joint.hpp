@@ -57,12 +57,14 @@ struct RevoluteJoint {
              positive);
       k.lubricant({"lubricant", "", "lubricant; if absent: dry"}, c->lubricant, c->radial, c->bearing_length);
       k.profile({"bearing_profile", "",
-                 "profile by which the bearing's radius deviates, over the angle of the first body; if absent: round"},
+                 "profile by which the bearing's radius deviates, over the angle of the first body; if "
+                 "absent: round"},
                 c->bearing_profile);
-      k.profile({"journal_profile", "",
-                 "profile by which the journal's radius deviates, over the angle of the second body; if absent: "
-                 "round"},
-                c->journal_profile);
+      k.profile(
+          {"journal_profile", "",
+           "profile by which the journal's radius deviates, over the angle of the second body; if absent: "
+           "round"},
+          c->journal_profile);
       k.check(c->lubricant < 0 || !c->has_profile(), "lubricant",
               "cannot be combined with a profile: the films are those of round surfaces");
       k.surface({"surface", "", "the surface of its contacts"}, c->surface);

@@ -1,6 +1,6 @@
 // Bearings and journals with profiles: gaps against dense searches and against the geometry of both outlines,
-// contact rows against finite differences, bounds of the gap against samples of motions, closed forms, reductions
-// to round surfaces, refusals, and derivatives by amplitudes.
+// contact rows against finite differences, bounds of the gap against samples of motions, closed forms,
+// reductions to round surfaces, refusals, and derivatives by amplitudes.
 #include "mechanism/profile.hpp"
 
 #include "dynamics/system.hpp"
@@ -67,8 +67,8 @@ std::string harmonics(const Series& series) {
 
 /// A bearing on the first of both bodies; profiles as keys of their tables, or empty.
 Scene pair_of(const std::string& bearing, const std::string& journal,
-              const std::string& bodies = "\"ring\", \"shaft\"", double clearance = c, Vec2 at = {0.01, -0.02},
-              double radius = R) {
+              const std::string& bodies = "\"ring\", \"shaft\"", double clearance = c,
+              Vec2 at = {0.01, -0.02}, double radius = R) {
   std::string profiles, keys = fmt::format("clearance = {:.17g}\nbearing_radius = {:.17g}\nsurface = \"s\"\n",
                                            clearance, radius);
   if (!bearing.empty()) keys += "bearing_profile = \"b\"\n", profiles += "[profiles.b]\n" + bearing;
@@ -113,7 +113,8 @@ struct Surfaces {
       system.emplace(m);
       surfaces = out_of_round(m, std::get<RevoluteJoint>(m.joints[0]));
     } catch (const SceneError&) {
-      // Refused: no clearance is left, both surfaces have strong waves, or a curvature is that of the other surface.
+      // Refused: no clearance is left, both surfaces have strong waves, or a curvature is that of the other
+      // surface.
     }
   }
 };
@@ -140,8 +141,8 @@ TEST_CASE("gaps of profiles are those of a dense search over all directions", "[
         dense = std::min(dense, c + b[0] - j[0] - out);
         sharp = std::max(sharp, std::abs(b[1] - j[1] + out));
       }
-      // Half of the distance between directions squared times half of G″; 1 % for its change; rounding of d by
-      // positions of 3 m.
+      // Half of the distance between directions squared times half of G″; 1 % for its change; rounding of d
+      // by positions of 3 m.
       const double below = 0.505 * sharp * std::pow(M_PI / directions, 2) + 1e-14;
       double gap = INFINITY;
       for (int k = 0; k < s.system->contacts(); ++k) gap = std::min(gap, s.system->gap(k, q.data(), e));
@@ -221,8 +222,9 @@ TEST_CASE("contact rows of profiles agree with finite differences", "[profiles]"
         // Points move by some clearances per second, bodies turn by one rad per second.
         std::vector<double> v = random.vector(6);
         for (const int body : {0, 1}) {
-          const Vec2 arm = Placement{q.data()}.point(body, body == 0 ? Vec2{0.01, -0.02} : Vec2{0.03, 0.015}) -
-                           Vec2{q[3 * body], q[3 * body + 1]};
+          const Vec2 arm =
+              Placement{q.data()}.point(body, body == 0 ? Vec2{0.01, -0.02} : Vec2{0.03, 0.015}) -
+              Vec2{q[3 * body], q[3 * body + 1]};
           const Vec2 slow = polar(c * random(0, 1), random(0, 7)) - v[3 * body + 2] * perp(arm);
           v[3 * body] = slow.x(), v[3 * body + 1] = slow.y();
         }
@@ -237,7 +239,8 @@ TEST_CASE("contact rows of profiles agree with finite differences", "[profiles]"
           system.contact(k, qb.data(), v.data(), hi, row_hi);
           CAPTURE(which, bodies, trial, k, row.gap / c);
           CHECK(row.gap == system.gap(k, q.data(), e));
-          // Within the reach the place moves continuously; at the ends of an arc γ jumps. Fast motions are left out.
+          // Within the reach the place moves continuously; at the ends of an arc γ jumps. Fast motions are
+          // left out.
           if (row.gap > 0.4 * s.surfaces->arcs[static_cast<std::size_t>(k)].least) continue;
           if (std::abs(row.gamma_n) > 30 * c || std::abs(row_hi.gamma_n - row_lo.gamma_n) > 0.2 * c) continue;
           const double rate = row.normal.dot(v.data());
@@ -248,7 +251,8 @@ TEST_CASE("contact rows of profiles agree with finite differences", "[profiles]"
           };
           CHECK(row.gamma_n == Approx(-change(row_lo.normal, row_hi.normal)).margin(1e-3 * c).epsilon(1e-3));
           // v_T is of the size of R.
-          CHECK(row.gamma_t == Approx(-change(row_lo.tangent, row_hi.tangent)).margin(1e-3 * c).epsilon(1e-3));
+          CHECK(row.gamma_t ==
+                Approx(-change(row_lo.tangent, row_hi.tangent)).margin(1e-3 * c).epsilon(1e-3));
           ++compared;
           if (std::string_view(bodies).find("ground") != std::string_view::npos) continue;
           // Rotating both bodies about one point closes no gap; across a gap the surfaces slide by ω g.
@@ -347,7 +351,8 @@ TEST_CASE("an elliptic bearing has the contacts of its closed form", "[profiles]
     const double rest = std::sqrt(8 * a * (c - a));
     for (const double x : {0.98 * rest, rest})
       for (const double side : {1, -1})
-        for (const double gap : gaps(side * x, 0)) CHECK(gap == Approx(c - a - x * x / (8 * a)).margin(rounding));
+        for (const double gap : gaps(side * x, 0))
+          CHECK(gap == Approx(c - a - x * x / (8 * a)).margin(rounding));
     // Both normals have the angle arccos(x/4a) to the x axis.
     ContactRow row;
     const std::vector<double> q{0, 0, 0, rest - 0.03, -0.015, 0}, v(6);
@@ -392,7 +397,8 @@ TEST_CASE("a table through points of a profile replaces its harmonics", "[profil
   const double a = 0.5 * c;
   std::string points;
   for (int k = 0; k < 72; ++k)
-    points += fmt::format("{}[{:.17g}, {:.17g}]", k == 0 ? "" : ", ", 2 * M_PI * k / 72, a * std::cos(4 * M_PI * k / 72));
+    points += fmt::format("{}[{:.17g}, {:.17g}]", k == 0 ? "" : ", ", 2 * M_PI * k / 72,
+                          a * std::cos(4 * M_PI * k / 72));
   const System table(pair_of("points = [" + points + "]\n", "").mechanism),
       series(pair_of(harmonics({{2, a, 0}}), "").mechanism);
   REQUIRE(table.contacts() == series.contacts());
@@ -402,7 +408,8 @@ TEST_CASE("a table through points of a profile replaces its harmonics", "[profil
     const auto q = pose(random, polar(c * random(0.5, 1.2), random(0, 2 * M_PI)));
     table.place(0, q.data(), e);
     for (int k = 0; k < table.contacts(); ++k)
-      // 5/384 p″″ h⁴ of a cubic spline = 5/384 · 16 a (2π/72)⁴; arcs that begin elsewhere by a sample, 1.5 mrad
+      // 5/384 p″″ h⁴ of a cubic spline = 5/384 · 16 a (2π/72)⁴; arcs that begin elsewhere by a sample, 1.5
+      // mrad
       CHECK(table.gap(k, q.data(), e) == Approx(series.gap(k, q.data(), e)).margin(3e-5 * a + 5e-3 * c));
   }
 }
@@ -421,22 +428,26 @@ TEST_CASE("profiles whose contacts are not described are refused with the reason
   CHECK_THAT(said("points = [[0, 0], [1, 1e-6], [7, 0]]\n"), Contains("must stay within one turn"));
   CHECK_THAT(said("points = [[0, 0], [2, 1e-6], [1, 0]]\n"), Contains("must increase"));
   CHECK_THAT(said(harmonics({{2, 1.1 * c, 0}})), Contains("joints.pin.bearing_profile: leaves no clearance"));
-  CHECK_THAT(said("", harmonics({{0, 1.1 * c, 0}})), Contains("joints.pin.journal_profile: leaves no clearance"));
+  CHECK_THAT(said("", harmonics({{0, 1.1 * c, 0}})),
+             Contains("joints.pin.journal_profile: leaves no clearance"));
   CHECK_THAT(said(harmonics({{40, 0.9 * c, 0}})), Contains("is too steep"));
   CHECK_THAT(said(harmonics({{8, 0.3 * c, 0}}), harmonics({{3, 0.1 * c, 0}})),
              Contains("several places that depend on the angle between both bodies"));
+  CHECK_THAT(said("", harmonics({{20, 0.9 * c, 0}})), Contains("joints.pin.journal_profile: is too sharp"));
   // w = c − 3a at the ends of the long axis
   CHECK_THAT(said(harmonics({{2, c / 3, 0}})), Contains("is at its limit"));
-  CHECK_THAT(test::refusal_of([] {
-               parse_scene(test::body("a", 1, 1) + test::surface("s", 1) +
-                               "[lubricants.oil]\nviscosity = 0.1\n[profiles.p]\nharmonics = [[2, 1e-5, 0]]\n" +
-                               test::pin("pin", "ground", "a", {}, {},
-                                         test::loose(1e-4, 0.01) +
-                                             "bearing_length = 0.01\nlubricant = \"oil\"\njournal_profile = \"p\"\n") +
-                               test::run_for(1),
-                           "oil");
-             }),
-             Contains("joints.pin.lubricant: cannot be combined with a profile"));
+  CHECK_THAT(
+      test::refusal_of([] {
+        parse_scene(
+            test::body("a", 1, 1) + test::surface("s", 1) +
+                "[lubricants.oil]\nviscosity = 0.1\n[profiles.p]\nharmonics = [[2, 1e-5, 0]]\n" +
+                test::pin("pin", "ground", "a", {}, {},
+                          test::loose(1e-4, 0.01) +
+                              "bearing_length = 0.01\nlubricant = \"oil\"\njournal_profile = \"p\"\n") +
+                test::run_for(1),
+            "oil");
+      }),
+      Contains("joints.pin.lubricant: cannot be combined with a profile"));
   CHECK_THAT(test::refusal_of([] {
                parse_scene(test::body("a", 1, 1) + test::surface("s", 1) +
                                test::pin("pin", "ground", "a", {}, {},
@@ -447,15 +458,18 @@ TEST_CASE("profiles whose contacts are not described are refused with the reason
              Contains("joints.pin.journal_profile: there is no profile \"p\""));
 }
 
-TEST_CASE("an impact in an elliptic bearing has closed derivatives by the amplitude", "[profiles][sensitivity]") {
+TEST_CASE("an impact in an elliptic bearing has closed derivatives by the amplitude",
+          "[profiles][sensitivity]") {
   // Without gravity the journal flies along the x axis and meets the end at x = c + a: dt/da = 1/v.
   const double a = 2e-4, clearance = 1e-3, v = 0.5, e = 0.8;
-  const auto text = "gravity = [0, 0]\n" +
-                    test::body("shaft", 1, 1e-4, fmt::format("velocity = [{}, 0]\nangular_velocity = 0\n", v)) +
-                    test::pin("pin", "ground", "shaft", {}, {}, test::loose(clearance, 0.02) + "bearing_profile = \"oval\"\n") +
-                    fmt::format("[profiles.oval]\nharmonics = [[2, {}, 0]]\n", a) + test::surface("s", e) +
-                    test::run_for(4e-3, "start = \"given\"\n") +
-                    "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
+  const auto text =
+      "gravity = [0, 0]\n" +
+      test::body("shaft", 1, 1e-4, fmt::format("velocity = [{}, 0]\nangular_velocity = 0\n", v)) +
+      test::pin("pin", "ground", "shaft", {}, {},
+                test::loose(clearance, 0.02) + "bearing_profile = \"oval\"\n") +
+      fmt::format("[profiles.oval]\nharmonics = [[2, {}, 0]]\n", a) + test::surface("s", e) +
+      test::run_for(4e-3, "start = \"given\"\n") +
+      "[nonsmooth]\nscheme = \"event-driven\"\ntolerance = 1e-12\n";
   const auto found = test::varied::of(text, {"event.1.t", "end.shaft.x"},
                                       {"profiles.oval.harmonics[0][1]", "joints.pin.clearance"});
   const double hit = (clearance + a) / v;
