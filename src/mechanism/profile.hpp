@@ -89,6 +89,7 @@ class Roundness {
 
   /// A round surface.
   Roundness() = default;
+  /// The surface with this deviation.
   explicit Roundness(const Profile& profile);
 
   /// p and its derivatives; T is double or a traced number.
@@ -111,6 +112,7 @@ class Roundness {
     }
     return y;
   }
+  /// Bounds over the turn.
   const Bounds& bounds() const { return bounds_; }
   /// Whether p is constant.
   bool is_round() const { return bounds_.d1 == 0; }
@@ -134,6 +136,7 @@ struct ContactArc {
 
 /// A bearing and a journal of which one or both deviate from a circle.
 struct OutOfRound {
+  /// deviations of both surfaces
   Roundness bearing, journal;
   std::vector<ContactArc> arcs;  ///< empty if there is a refusal
   std::string refusal;           ///< why the contacts are not described; "" if they are

@@ -279,7 +279,9 @@ TEST_CASE("bounds of a profile's gap hold against samples of motions", "[profile
     auto e = s.system->make_evaluation();
     const auto q0 = pose(random, polar(c * random(0.3, 1.1), random(0, 2 * M_PI)));
     auto v = random.vector(6, 0.1 * c);
-    v[2] = random(-0.1, 0.1), v[5] = random(-0.1, 0.1);
+    // Some bodies turn so fast that the bounds rarely decide.
+    const double spin = which % 4 == 0 ? 1 : 0.01;
+    v[2] = random(-spin, spin), v[5] = random(-spin, spin);
     const double h = std::pow(10, random(-3, 0));
     for (int k = 0; k < s.system->contacts(); ++k) {
       ContactRow row;
@@ -315,8 +317,8 @@ TEST_CASE("bounds of a profile's gap hold against samples of motions", "[profile
       ++checked;
     }
   }
-  CHECK(risen > checked / 50);
-  CHECK(fallen > checked / 50);
+  CHECK(risen > checked / 100);
+  CHECK(fallen > checked / 100);
 }
 
 TEST_CASE("an elliptic bearing has the contacts of its closed form", "[profiles]") {
