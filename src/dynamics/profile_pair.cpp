@@ -7,10 +7,10 @@ namespace {
 
 /// rad: half width below which an interval is not divided further. The bound on G is then off by the square
 /// of this width, 1e-10 of κ.
-constexpr double finest = 1e-5;
+constexpr double least_half_width = 1e-5;
 /// Within the reach the least G is exact to rounding. Farther away an error of this share of the excess is
 /// allowed, because G may be level there.
-constexpr double coarse = 1e-6;
+constexpr double far_share = 1e-6;
 
 }  // namespace
 
@@ -28,9 +28,9 @@ struct ProfilePair::Search {
     const double least_bend = x.bend - third * w;
     const double lower = least_bend > 0 ? -0.5 * x.slope * x.slope / least_bend
                                         : -std::abs(x.slope) * w + 0.5 * least_bend * w * w;
-    const double margin = 1e-15 * pair.clearance + coarse * std::max(0.0, best.gap - pair.reach());
+    const double margin = 1e-15 * pair.clearance + far_share * std::max(0.0, best.gap - pair.reach());
     if (x.gap + lower > best.gap - margin) return;
-    if (least_bend > 0 || w < finest) {
+    if (least_bend > 0 || w < least_half_width) {
       const Place end = pair.descend(d, angle, x, a, b);
       if (end.gap <= best.gap) best = end;
       return;

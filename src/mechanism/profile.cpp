@@ -11,15 +11,14 @@
 namespace freeplay {
 namespace {
 
-constexpr double turn = CamProfile::turn;
 /// Greatest |p′|/R: the polar radius then deviates by less than 0.5 % of R from the support function.
 constexpr double steepest = 0.1;
 /// More contacts of one joint are not formed.
 constexpr std::size_t most_arcs = 64;
 
-/// Samples of the turn: at least 256 of the shortest wave, or 32 between two points of a table.
+/// Number of samples of the turn: at least 256 of the shortest wave, or 32 between two points of a table.
 std::size_t samples(const Roundness& a, const Roundness& b) {
-  const double waves = turn / std::min(a.narrowest(), b.narrowest());
+  const double waves = CamProfile::turn / std::min(a.narrowest(), b.narrowest());
   return static_cast<std::size_t>(std::clamp(128 * waves, 4096.0, 131072.0));
 }
 
@@ -70,7 +69,7 @@ Roundness::Roundness(const Profile& profile) {
     b.low += n == 0 ? c : -size;
     b.high += n == 0 ? c : size;
     b.d1 += n * size, b.d2 += n * n * size, b.d3 += n * n * n * size;
-    if (n > 1 && size > 0) narrowest_ = std::min(narrowest_, turn / (2 * n));
+    if (n > 1 && size > 0) narrowest_ = std::min(narrowest_, CamProfile::turn / (2 * n));
   }
 }
 
@@ -83,7 +82,7 @@ OutOfRound::OutOfRound(Roundness bearing_surface, Roundness journal_surface, dou
     return;
   }
   const auto n = samples(bearing, journal);
-  const double spacing = turn / static_cast<double>(n);
+  const double spacing = CamProfile::turn / static_cast<double>(n);
   // Between samples, half a spacing times the derivative.
   const double slack = 0.5 * spacing * (b.d1 + b.d3 + j.d1 + j.d3);
   const double slip = 0.5 * spacing * (b.d1 + j.d1);
