@@ -171,9 +171,12 @@ void MoreauStepper::stiffen() {
   auto& d = data_;
   const double h = d.length();
   const auto& rows = d.system.elastic();
-  d.system.elastic_rows(d.q_mid.data(), d.middle, d.strain_rows.data());
-  for (std::size_t k = 0; k < d.compliance.size(); ++k)
-    d.compliance[k] = 1 / (rows.stiffness[k] * h * (0.25 * h + 0.5 * rows.damping[k]));
+  d.system.elastic_rows(d.q_mid.data(), d.middle, d.strain_rows.data(), d.compliance.data());
+  for (std::size_t k = 0; k < d.compliance.size(); ++k) {  // those of a tension have no damping
+    const double tension = d.compliance[k] - rows.stiffness[k];
+    d.compliance[k] =
+        1 / (rows.stiffness[k] * h * (0.25 * h + 0.5 * rows.damping[k]) + 0.25 * h * h * tension);
+  }
   d.saddle.set_elastic(d.strain_rows, d.compliance);
 }
 

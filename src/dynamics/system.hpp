@@ -127,7 +127,7 @@ class System {
   /// Elastic rows of beams.
   const ElasticRows& elastic() const { return elastic_; }
   /// Their values at q, in the order of their pattern; needs place().
-  void elastic_rows(const double* q, const Evaluation& e, double* values) const;
+  void elastic_rows(const double* q, const Evaluation& e, double* values, double* stiffness) const;
   /// Number of first-order states of elements (State::z), in the order of their elements. Their
   /// initial value is 0.
   int states() const { return static_cast<int>(state_scales_.size()); }

@@ -76,11 +76,16 @@ void System::flow(std::type_identity_t<T> t, const T* q, const T* v, const T* z,
   });
 }
 
-void System::elastic_rows(const double* q, const Evaluation& e, double* values) const {
+void System::elastic_rows(const double* q, const Evaluation& e, double* values, double* stiffness) const {
   const Motion<double> motion{0, q, nullptr, e, {}};
+  std::ranges::copy(elastic_.stiffness, stiffness);
   for_each_item(placed_->lists, [&]<class Facts>(const Placed<Facts>& x) {
     if constexpr (requires { x.facts.strain_rows(motion, x.link, values); })
       values = x.facts.strain_rows(motion, x.link, values);
+    if constexpr (requires { x.facts.tension_stiffness(motion, x.link); })
+      for (const double k : x.facts.tension_stiffness(motion, x.link)) *stiffness++ += k;
+    else if constexpr (requires { x.facts.stiffness(); })
+      stiffness += x.facts.stiffness().size();
   });
 }
 

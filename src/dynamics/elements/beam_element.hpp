@@ -1,6 +1,8 @@
 // Dynamics of mechanism/elements/beam_element.hpp, which states the equations.
 #pragma once
 
+#include <algorithm>
+
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/beam_element.hpp"
 
@@ -42,11 +44,17 @@ struct Dynamics<BeamElement> : BeamElement {
   void resist(const auto& m, const auto& link, auto& out) const {
     const Shape<double> s(*this, m, link);
     const auto [e, a, b] = s.rates(m, link);
-    s.pull(*this, link, e, a, b, out);
+    s.pull(*this, link, e, a, b, out, tension(s));
   }
 
   /// Stiffness (N/m, N m/rad, N m/rad) of the strains e, a + b and a − b, which are uncoupled.
   std::array<double, 3> stiffness() const { return {stretch, 0.5 * (own + other), 0.5 * (own - other)}; }
+  /// What a tension adds to it: the bowing has the second derivatives l/20 by a + b and l/12 by a − b. It holds the
+  /// pieces of a cable, which hardly has a stiffness of its own; compression adds nothing, so that the sum stays positive.
+  std::array<double, 3> tension_stiffness(const auto& m, const Link& link) const {
+    const double force = tension(Shape<double>(*this, m, link));
+    return {0, force * length / 20, force * length / 12};
+  }
   /// Bodies in the order of the entries of strain_rows(), with the number of their coordinates there.
   std::array<std::array<int, 2>, 2> strain_columns() const { return {{{between[0], 3}, {between[1], 3}}}; }
   /// Their rates as rows on the velocities of the moving bodies. Returns the end of the values.
@@ -104,10 +112,12 @@ struct Dynamics<BeamElement> : BeamElement {
               rate_j = omega(m.v, link.j) - spin;
       return {dot(along, w) + by_i * rate_i + by_j * rate_j, rate_i, rate_j};
     }
-    /// Applies the forces of strains e, a, b.
-    void pull(const Dynamics& x, const Link& link, const T& e, const T& a, const T& b, auto& out) const {
-      const T force = x.stretch * e, moment_i = force * by_i + x.own * a + x.other * b,
-              moment_j = force * by_j + x.own * b + x.other * a, across = (moment_i + moment_j) / chord;
+    /// Applies the forces of strains e, a, b; `tension` (N): adds the change of its moments by a and b.
+    void pull(const Dynamics& x, const Link& link, const T& e, const T& a, const T& b, auto& out,
+              double tension = 0) const {
+      const double bow = tension * x.length / 30, own = x.own + 4 * bow, other = x.other - bow;
+      const T force = x.stretch * e, moment_i = force * by_i + own * a + other * b,
+              moment_j = force * by_j + own * b + other * a, across = (moment_i + moment_j) / chord;
       out.couples(link, T(-moment_i), T(-moment_j));
       out.pull(link, arm,
                Vec2Of<T>{across * left.x() - force * along.x(), across * left.y() - force * along.y()});
@@ -119,6 +129,9 @@ struct Dynamics<BeamElement> : BeamElement {
     Vec2Of<T> along, left;
   };
 
+  double tension(const Shape<double>& s) const {
+    return std::max(0.0, stretch * (s.chord - length + bowing(s.phi_i, s.phi_j)));
+  }
   /// l (2φ_i² − φ_i φ_j + 2φ_j²)/30
   template <class T>
   T bowing(const T& phi_i, const T& phi_j) const {
