@@ -199,15 +199,15 @@ void plays(const Mechanism& mechanism, Lines& lines) {
 
 void teeth(const Mechanism& mechanism, const State& start, Lines& lines) {
   for (const auto& t : teeth_at(mechanism, start.q)) {
-    std::string said =
-        fmt::format("centres {:.6g} m apart, standard {:.6g} m; play along the line of action {:.4g} mm",
-                    t.distance, t.standard, t.ideal ? 0 : 1e3 * t.play);
+    std::string said = fmt::format(
+        "{} {:.6g} m apart, standard {:.6g} m; play along the line of action {:.4g} mm",
+        t.rack ? "centre and pitch line" : "centres", t.distance, t.standard, t.ideal ? 0 : 1e3 * t.play);
     if (t.contact_ratio) said += fmt::format("; contact ratio {:.3g}", *t.contact_ratio);
     if (t.apart >= 0)
       said += "; the tips of standard teeth do not reach each other, which the model ignores";
     else if (t.contact_ratio && *t.contact_ratio < 1)
       said += ", below 1: a pair of teeth parts before the next one meets, which the model ignores";
-    lines.emplace_back("gears " + t.name, said);
+    lines.emplace_back((t.rack ? "rack " : "gears ") + t.name, said);
   }
 }
 

@@ -74,6 +74,8 @@ inline constexpr std::array magnitudes{
     Magnitude{"m, N", 0, 1e45, "as forces"},
     Magnitude{"rad, N m", 0, 1e45, "as torques"},
     Magnitude{"m/s, N or rad/s, N m", 0, 1e45, "as forces"},
+    Magnitude{"m/s or rad/s", 0, 299792458, "as speeds"},
+    Magnitude{"m/s, –", 0, 299792458, "as speeds"},
     Magnitude{"N or N m", 0, 1e45, beyond},
     Magnitude{"N/m³ or N m/rad³", 0, 1e45, beyond},
     Magnitude{"rad, m", 0, 1e9, "as angles"},

@@ -15,33 +15,35 @@
 #include <cmath>
 #include <vector>
 
-#include "values/vec2.hpp"
 #include "verification/references/delivered_restitution.hpp"
 #include "verification/references/numerics.hpp"
 #include "verification/references/one_coordinate.hpp"
+#include "verification/references/planar.hpp"
 
 namespace freeplay::reference {
 
+using Point = Planar<double>;
+
 struct DiscOnOutline {
-  std::vector<Vec2> centres;  ///< c_k; two: a thin face
-  double reach = 0;           ///< r + R
-  double spin = 0;            ///< rad/s, of the outline, at angle 0 at t = 0
-  Vec2 gravity{0, 0};
+  std::vector<Point> centres;  ///< c_k; two: a thin face
+  double reach = 0;            ///< r + R
+  double spin = 0;             ///< rad/s, of the outline, at angle 0 at t = 0
+  Point gravity{0, 0};
   double restitution = 1;
   double stiffness = 0;  ///< K/m; 0: rigid
-  Vec2 at{0, 0}, velocity{0, 0};
+  Point at{0, 0}, velocity{0, 0};
   double step = 1e-3, step_in_contact = 1e-3;  ///< s
   double rest = 1e-9;                          ///< m/s, least v₀
 
   struct Rows {
-    std::vector<Vec2> p, v;
+    std::vector<Point> p, v;
     std::vector<double> onsets;  ///< s
   };
 
   DiscOnOutline under(const Change& c) const {
     auto one = *this;
     one.step *= c.fine, one.step_in_contact *= c.fine;
-    one.at += Vec2{c.x, 0.7 * c.x}, one.velocity += Vec2{c.v, -0.6 * c.v};
+    one.at = one.at + Point{c.x, 0.7 * c.x}, one.velocity = one.velocity + Point{c.v, -0.6 * c.v};
     one.gravity = (1 + c.load) * one.gravity;
     one.spin *= 1 + c.load;
     return one;
@@ -67,7 +69,7 @@ struct DiscOnOutline {
  private:
   struct Place {
     double t;
-    Vec2 p, v;
+    Point p, v;
   };
   struct Contact {
     bool inside = false, eased = false, unknown = false;
@@ -75,23 +77,23 @@ struct DiscOnOutline {
   };
   struct Gap {
     double g, rate;
-    Vec2 n;
+    Point n;
   };
   Gap gap(const Place& s) const {
     const double c = std::cos(spin * s.t), d = std::sin(spin * s.t);
-    const Vec2 x{c * s.p.x() + d * s.p.y(), -d * s.p.x() + c * s.p.y()};
+    const Point x{c * s.p.x + d * s.p.y, -d * s.p.x + c * s.p.y};
     double least = INFINITY;
-    Vec2 from{0, 0};
+    Point from{0, 0};
     for (std::size_t k = 0; k < centres.size(); ++k) {
-      const Vec2 a = centres[k], along = centres[(k + 1) % centres.size()] - a;
+      const Point a = centres[k], along = centres[(k + 1) % centres.size()] - a;
       const double share = std::clamp(dot(x - a, along) / dot(along, along), 0.0, 1.0);
-      const Vec2 off = x - a - share * along;
-      if (off.norm() < least) least = off.norm(), from = off;
+      const Point off = x - a - share * along;
+      if (const double apart = std::hypot(off.x, off.y); apart < least) least = apart, from = off;
     }
-    const Vec2 u = (1 / least) * from, n{c * u.x() - d * u.y(), d * u.x() + c * u.y()};
-    return {least - reach, dot(n, s.v - spin * perp(s.p)), n};
+    const Point u = (1 / least) * from, n{c * u.x - d * u.y, d * u.x + c * u.y};
+    return {least - reach, dot(n, s.v - spin * quarter_turn(s.p)), n};
   }
-  Vec2 pull(const Place& s, const Contact& in) const {
+  Point pull(const Place& s, const Contact& in) const {
     if (!in.inside) return gravity;
     const auto g = gap(s);
     const double depth = std::max(-g.g, 0.0);
@@ -99,11 +101,11 @@ struct DiscOnOutline {
   }
   Place after(const Place& s, const Contact& in, double h) const {
     if (!in.inside) return {s.t + h, s.p + h * s.v + 0.5 * h * h * gravity, s.v + h * gravity};
-    const auto a = [&](double later, Vec2 p, Vec2 v) { return pull({s.t + later, p, v}, in); };
-    const Vec2 k1 = a(0, s.p, s.v), v2 = s.v + 0.5 * h * k1;
-    const Vec2 k2 = a(0.5 * h, s.p + 0.5 * h * s.v, v2), v3 = s.v + 0.5 * h * k2;
-    const Vec2 k3 = a(0.5 * h, s.p + 0.5 * h * v2, v3), v4 = s.v + h * k3;
-    const Vec2 k4 = a(h, s.p + h * v3, v4);
+    const auto a = [&](double later, Point p, Point v) { return pull({s.t + later, p, v}, in); };
+    const Point k1 = a(0, s.p, s.v), v2 = s.v + 0.5 * h * k1;
+    const Point k2 = a(0.5 * h, s.p + 0.5 * h * s.v, v2), v3 = s.v + 0.5 * h * k2;
+    const Point k3 = a(0.5 * h, s.p + 0.5 * h * v2, v3), v4 = s.v + h * k3;
+    const Point k4 = a(h, s.p + h * v3, v4);
     return {s.t + h, s.p + h / 6 * (s.v + 2 * v2 + 2 * v3 + v4), s.v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)};
   }
   /// One step of h, or up to the first onset or separation in it.
@@ -140,7 +142,7 @@ struct DiscOnOutline {
     if (stiffness > 0)
       in.inside = true, in.v0 = -g.rate, in.chi = static_cast<double>(exact_chi(restitution));
     else
-      s.v += -(1 + restitution) * g.rate * g.n;
+      s.v = s.v + -(1 + restitution) * g.rate * g.n;
   }
 };
 

@@ -110,6 +110,41 @@ ModelError out_of_mesh(const Mechanism& mechanism, const auto& joint, const std:
                       name, why)};
 }
 
+/// Length of a tangent to the circle of radius `base` from a point at radius r.
+double beyond(double r, double base) { return std::sqrt(std::max(r * r - base * base, 0.0)); }
+
+TeethAtDistance teeth_of(const GearJoint& g, const std::vector<double>& q) {
+  const double kind = g.internal ? -1 : 1, one = g.pitch(0), other = g.pitch(1),
+               module = g.tooth_module.value_or(std::min(one, other) / 3), tip = one + kind * module,
+               other_tip = other + module;
+  const auto flank = g.mesh(1, g.clearance ? g.clearance->normal : 0);
+  const double a = (end_place(g, 1, q) - end_place(g, 0, q)).norm(), S = flank.sum();
+  TeethAtDistance t{g.name, false, !g.clearance, a, one + kind * other};
+  t.apart = kind * (a - tip) - other_tip;
+  t.play = 2 * (kind * flank.involute(a) + flank.rest);
+  if (g.teeth)
+    t.contact_ratio =
+        (kind * (beyond(tip, flank.Ri) - beyond(a, S)) + beyond(other_tip, flank.Rj)) / flank.period;
+  return t;
+}
+
+TeethAtDistance teeth_of(const RackJoint& rack, const std::vector<double>& q) {
+  const double r = rack.pitch_radius, module = rack.tooth_module.value_or(r / 3);
+  const auto flank = rack.mesh(1, rack.clearance ? rack.clearance->normal : 0);
+  Body turn;
+  if (rack.between[1] != ground) turn.angle = planar::angle(q.data(), rack.between[1]);
+  const Vec2 along = GearJoint::placed(turn, rack.axis);
+  const double h = dot(perp(along), end_place(rack, 0, q) - end_place(rack, 1, q));
+  TeethAtDistance t{rack.name, true, !rack.clearance, h, r};
+  t.apart = h - r - 2 * module;
+  t.play = 2 * (flank.rest + flank.sine * h);
+  if (rack.tooth_module)
+    t.contact_ratio = (beyond(r + module, flank.base) - r * flank.sine +
+                       std::min((module - h + r) / flank.sine, r * flank.sine)) /
+                      flank.period;
+  return t;
+}
+
 }  // namespace
 
 bool in_mesh(const Mechanism& mechanism, const std::vector<double>& q) {
@@ -158,23 +193,9 @@ void set_phases(Mechanism& mechanism) {
 
 std::vector<TeethAtDistance> teeth_at(const Mechanism& mechanism, const std::vector<double>& q) {
   std::vector<TeethAtDistance> list;
-  for (const auto& joint : mechanism.joints) {
-    const auto* gears = std::get_if<GearJoint>(&joint);
-    if (!gears || !gears->phase) continue;
-    const auto& g = *gears;
-    const double kind = g.internal ? -1 : 1, one = g.pitch(0), other = g.pitch(1),
-                 module = g.tooth_module.value_or(std::min(one, other) / 3), tip = one + kind * module,
-                 other_tip = other + module;
-    const auto flank = g.mesh(1, g.clearance ? g.clearance->normal : 0);
-    const double a = (end_place(g, 1, q) - end_place(g, 0, q)).norm(), S = flank.sum();
-    auto& t = list.emplace_back(TeethAtDistance{g.name, !g.clearance, a, one + kind * other});
-    t.apart = kind * (a - tip) - other_tip;
-    t.play = 2 * (kind * flank.involute(a) + flank.rest);
-    if (!g.teeth) continue;
-    const auto beyond = [](double r, double base) { return std::sqrt(std::max(r * r - base * base, 0.0)); };
-    t.contact_ratio =
-        (kind * (beyond(tip, flank.Ri) - beyond(a, S)) + beyond(other_tip, flank.Rj)) / flank.period;
-  }
+  each_toothed(mechanism, [&](const auto& joint) {
+    if (joint.phase) list.push_back(teeth_of(joint, q));
+  });
   return list;
 }
 
@@ -183,9 +204,11 @@ void require_mesh(const Mechanism& mechanism, const std::vector<double>& q) {
     if (t.ideal && t.apart >= 0)
       throw ModelError(
           "joints." + t.name,
-          fmt::format("the centres are {:.6g} m apart, {:.3g} m too far for the tips of the teeth to "
-                      "meet (the pitch circles touch at {:.6g} m); correct the places or the teeth",
-                      t.distance, t.apart, t.standard));
+          fmt::format(
+              "{} {:.6g} m apart, {:.3g} m too far for the tips of the teeth to meet ({} at {:.6g} m); "
+              "correct the places or the teeth",
+              t.rack ? "the gear's centre and the rack's pitch line are" : "the centres are", t.distance,
+              t.apart, t.rack ? "the pitch circle touches the line" : "the pitch circles touch", t.standard));
 }
 
 }  // namespace freeplay

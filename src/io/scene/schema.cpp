@@ -247,18 +247,19 @@ std::optional<Unknown> first_unknown(const Schema& schema, const toml::table& ta
   return first;
 }
 
-/// Suggestion for an unknown key: a similar key of the table, else the table to which the key
-/// belongs, else the list of known keys.
+/// Suggestion for an unknown key: a nearly equal key of the table, else the table to which the key
+/// belongs, else a similar key of the table, else the list of known keys.
 std::string remedy(const Schema& schema, const Unknown& unknown) {
   const auto& known = schema.keys_of(unknown.table);
   if (unknown.table == "study" && unknown.name == "study")
     return "; keys of a study are at the root: [axes.NAME], without study";
-  if (const auto near = nearest_word(unknown.name, known); !near.empty())
-    return fmt::format("; did you mean {}?", near);
+  const auto near = nearest_word(unknown.name, known);
+  const auto suggested = [&] { return fmt::format("; did you mean {}?", near); };
+  if (!near.empty() && edit_distance(unknown.name, near) <= 2) return suggested();
   for (const auto& key : schema.keys())
     if (!unknown.node->is_table() && key.path.ends_with("." + unknown.name))
       return fmt::format("; it belongs to {}", key.path.substr(0, key.path.rfind('.')));
-  return listed("there are", known);
+  return near.empty() ? listed("there are", known) : suggested();
 }
 
 /// Refuses a scene in place of a study and vice versa, before its first key is reported as

@@ -69,7 +69,8 @@ void outlines(Draw& draw, Draft& out) {
                past = L * draw.either_way(0.7);
   const Vec2 along{-std::cos(from), -std::sin(from)}, start = past * perp(along) - away * along;
   DiscOnOutline one;
-  one.centres = arc_centres(points, round), one.reach = R + round, one.spin = w, one.gravity = g;
+  for (const auto& c : arc_centres(points, round)) one.centres.push_back({c.x(), c.y()});
+  one.reach = R + round, one.spin = w, one.gravity = {g.x(), g.y()};
   one.restitution = e;
   one.at = {exact(start.x()), exact(start.y())};
   one.velocity = {exact(V * along.x()), exact(V * along.y())};
@@ -77,8 +78,8 @@ void outlines(Draw& draw, Draft& out) {
   const auto q = out.body({.name = "disc",
                            .mass = m,
                            .inertia = exact(0.5 * m * std::max(R, 0.1 * L) * std::max(R, 0.1 * L)),
-                           .at = one.at,
-                           .velocity = one.velocity,
+                           .at = {one.at.x, one.at.y},
+                           .velocity = {one.velocity.x, one.velocity.y},
                            .spin = spin});
   out.scene.speed = V;
   out.flight = 0.25 * T;
@@ -118,8 +119,8 @@ void outlines(Draw& draw, Draft& out) {
            OneCoordinate::Rows list;
            list.known = rows.p.size();
            for (std::size_t k = 0; k < list.known; ++k) {
-             list.x.push_back(y ? rows.p[k].y() : rows.p[k].x());
-             list.v.push_back(y ? rows.v[k].y() : rows.v[k].x());
+             list.x.push_back(y ? rows.p[k].y : rows.p[k].x);
+             list.v.push_back(y ? rows.v[k].y : rows.v[k].x);
            }
            return list;
          }});

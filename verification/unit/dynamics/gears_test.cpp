@@ -370,6 +370,49 @@ TEST_CASE("contact ratio and play of gears follow the distance of their centres"
   }
 }
 
+namespace {
+
+/// A gear of module 5 mm whose centre is at this height (m) above the pitch line of a rack.
+std::string rack_at(double height, int teeth, const std::string& more) {
+  return test::body("a", 1, 0.01, fmt::format("position = [0, {}]\n", height)) + test::body("bar", 1, 0.01) +
+         test::pin("pin", "ground", "a", {0, height}) + test::guide("guide", "ground", "bar") +
+         test::joint("mesh", "rack", "a", "bar", {}, {},
+                     fmt::format("pitch_radius = {}\nmodule = 5e-3\n", 2.5e-3 * teeth) + more) +
+         test::surface("hard", 0.5) + test::motor("motor", "pin", 1) + test::run_for(0.1);
+}
+
+}  // namespace
+
+TEST_CASE("contact ratio and play of a rack follow the height of the gear", "[gears]") {
+  // By hand: from the pitch point to the tip of the gear √(r_a² − r_b²) − r sin 20°, to that of the rack
+  // (m − h + r)/sin 20°, over π m cos 20°. A gear of 20 teeth on one of a million has 1.768816 by the
+  // formula of gears. Of 12 teeth, less than 2/sin² 20° = 17.1, the tip of the rack lies beyond the base
+  // circle's point of tangency, r sin 20° from the pitch point.
+  const struct {
+    int teeth;
+    double height, ratio, play;
+  } rows[] = {{20, 0.05, 1.7688237, 0},
+              {20, 0.052, 1.3726619, 1.3680806e-3},
+              {20, 0.056, 0.5803382, 4.1042417e-3},
+              {12, 0.03, 1.4053027, 0}};
+  for (const auto& row : rows) {
+    CAPTURE(row.teeth, row.height);
+    const auto scene = scene_of(rack_at(row.height, row.teeth, "backlash = 1e-4\nsurface = \"hard\"\n"));
+    const auto teeth = teeth_at(scene.mechanism, assemble(scene.mechanism, scene.run.start).q).at(0);
+    CHECK(teeth.rack);
+    CHECK(teeth.distance == Approx(row.height).epsilon(1e-12));
+    CHECK(*teeth.contact_ratio == Approx(row.ratio).epsilon(1e-7));
+    CHECK(teeth.play == Approx(row.play + 1e-4).epsilon(1e-6));
+    CHECK(teeth.apart == Approx(row.height - 2.5e-3 * row.teeth - 0.01).epsilon(1e-9));
+  }
+  const auto refusal = [](const std::string& text) {
+    return test::refusal_of([&] { Simulation(scene_of(text), "penalty", {}); });
+  };
+  CHECK(refusal(rack_at(0.0599, 20, "")) == "accepted");  // tips part at 0.06 m
+  CHECK_THAT(refusal(rack_at(0.0601, 20, "")),
+             Contains("joints.mesh: ") && Contains("the rack's pitch line"));
+}
+
 TEST_CASE("an ideal gear pair whose teeth do not reach each other is refused", "[gears]") {
   const auto refusal = [](const std::string& text) {
     return test::refusal_of([&] { Simulation(scene_of(text), "penalty", {}); });

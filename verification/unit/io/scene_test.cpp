@@ -133,7 +133,7 @@ TEST_CASE("invalid scenes are refused with place, key and remedy", "[scene]") {
       {"[bodies.b]", "[bodies.ground]", "bodies.ground: \"ground\" is the fixed frame"},
       {"[bodies.b]", "[bodies.\"b,c\"]", "a name must be made of letters"},
       {"type = \"revolute\"", "type = \"hinge\"",
-       "joints.pivot.type: \"hinge\" is unknown; one of \"revolute\""},
+       "joints.pivot.type: \"hinge\" is unknown\n  one of \"revolute\""},
       {"\"ground\", \"a\"", "\"ground\", \"z\"",
        "joints.pivot.between: there is no body \"z\"; there is: ground, a, b"},
       {"\"ground\", \"a\"", "\"a\", \"a\"", "joints.pivot.between: joins \"a\" to itself"},

@@ -141,7 +141,8 @@ Scene gears() {
           test::pin("left", "ground", "a") + test::pin("right", "ground", "b", {0.1, 0}) +
           test::joint("mesh", "gear", "a", "b", {}, {},
                       "teeth = [20, 20]\nmodule = 5e-3\nbacklash = 1e-4\nsurface = \"hard\"\n") +
-          test::surface("hard", 0.5) + test::motor("motor", "left", 1) + test::run_for(0.02),
+          test::surface("hard", 0.5, "young = 2e11\npoisson = 0.3\n") + test::motor("motor", "left", 1) +
+          test::run_for(0.02),
       "gears.toml");
 }
 
