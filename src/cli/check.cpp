@@ -298,8 +298,9 @@ int check(const CheckRequest& request) {
       const auto models = formulation->contact_models();
       for (int k = 0; k < system.reported(); ++k) {
         const auto& m = models[k];
-        fmt::print("  {:<10} {}: effective restitution {:.4g}", name, system.contact_facts(k).name,
-                   m.restitution_delivered);
+        const auto& facts = system.contact_facts(k);
+        fmt::print("  {:<10} {}: effective restitution {:.4g}{}", name, facts.name, m.restitution_delivered,
+                   facts.surface.restitution_by_speed() ? " at low approach speeds" : "");
         if (m.stiffness > 0)
           fmt::print("\n  {:<10}   K = {:.5g} N/m^{}, chi = {:.4g}", "", m.stiffness, m.exponent, m.chi);
         fmt::print("\n");

@@ -11,6 +11,7 @@
 #include "cli/folders.hpp"
 #include "cli/scene_report.hpp"
 #include "cli/terminal.hpp"
+#include "dynamics/system.hpp"
 #include "facade/law_plugin.hpp"
 #include "facade/run_folder.hpp"
 #include "facade/simulation.hpp"
@@ -107,6 +108,17 @@ std::vector<std::string> films_of(const Scene& scene) {
   return names;
 }
 
+/// The contacts whose restitution depends on the approach speed.
+std::vector<std::string> by_speed_of(const Scene& scene) {
+  std::vector<std::string> names;
+  if (std::ranges::none_of(scene.mechanism.surfaces, &Surface::restitution_by_speed)) return names;
+  const System system(scene.mechanism);
+  for (int k = 0; k < system.reported(); ++k)
+    if (const auto& facts = system.contact_facts(k); facts.surface.restitution_by_speed())
+      names.push_back(facts.name);
+  return names;
+}
+
 int run(const RunRequest& request) {
   require_one_run(request);
   if (!request.figures.style.empty()) plots::choose_style(request.figures.style);
@@ -127,16 +139,21 @@ int run(const RunRequest& request) {
   Progress progress;
   Result summary;
   std::vector<std::string> films;  // joints whose lubricant film carries them without contact
+  std::vector<std::string> by_speed;
+  const auto name_contacts = [&](const Scene& scene) {
+    films = films_of(scene);
+    by_speed = by_speed_of(scene);
+  };
   if (!request.resume.empty()) {
     plan.folder = real_folder(request.resume);
     plan.on_progress = [&](double done) { progress.show("resumed", done); };
     summary = resume_run(*plan.folder, plan);
-    films = films_of(read_run(*plan.folder / "run.json").setup.scene);
+    name_contacts(read_run(*plan.folder / "run.json").setup.scene);
   } else if (!request.from.empty()) {
     const auto run = recorded(request, plan);
     plan.on_progress = [&](double done) { progress.show(plan.formulation, done); };
     require_figures(request.figures, run.setup.scene, plan.formulation, *plan.folder);
-    films = films_of(run.setup.scene);
+    name_contacts(run.setup.scene);
     summary = run_scene(run.setup.scene, plan);
   } else {
     if (request.formulation.empty()) throw SceneError("--formulation is required: penalty or nonsmooth");
@@ -146,7 +163,7 @@ int run(const RunRequest& request) {
     Scene scene = read_scene(request.scene, overrides, request.reach == Reach::anywhere);
     put(scene, plan.outside);
     ask(scene);
-    films = films_of(scene);
+    name_contacts(scene);
     plan.formulation = request.formulation;
     plan.folder = result_folder(request.output, default_folder(scene.file, "-" + request.formulation));
     plan.on_progress = [&](double done) { progress.show(request.formulation, done); };
@@ -165,10 +182,11 @@ int run(const RunRequest& request) {
                           on_film(c.name) ? "on the film" : "flight", 100 * c.flight_fraction,
                           100 * c.impact_fraction, 100 * c.lasting_fraction);
     const auto delivered = c.model.restitution_delivered;
-    text +=
-        fmt::format("{} impact{};\n  restitution: input {:.4g}, effective {};\n  greatest penetration {}\n",
-                    c.impacts, c.impacts == 1 ? "" : "s", c.model.restitution_asked,
-                    std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered), penetration(c));
+    text += fmt::format(
+        "{} impact{};\n  restitution: input {:.4g}, effective {}{};\n  greatest penetration {}\n", c.impacts,
+        c.impacts == 1 ? "" : "s", c.model.restitution_asked,
+        std::isnan(delivered) ? "unknown" : fmt::format("{:.4g}", delivered),
+        std::ranges::count(by_speed, c.name) > 0 ? " at low approach speeds" : "", penetration(c));
     if (c.film) text += film_summary(*c.film);
     fmt::print("{}", wrapped(text));
   }

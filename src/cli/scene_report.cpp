@@ -194,6 +194,12 @@ void plays(const Mechanism& mechanism, Lines& lines) {
       line(guide->name, "clearance on either side", guide->clearance->half_play, "across the guide");
     if (const auto* slot = std::get_if<SlotJoint>(&joint); slot && slot->clearance)
       line(slot->name, "clearance on either side", slot->clearance->half_play, "across the slot");
+    if (const auto* ratio = std::get_if<RatioJoint>(&joint); ratio && ratio->clearance)
+      lines.emplace_back(
+          "play of " + ratio->name,
+          ratio->slider(mechanism)
+              ? fmt::format("backlash {:.4g} mm", 1e3 * ratio->clearance->play)
+              : fmt::format("backlash {:.4g} degrees", ratio->clearance->play * 180 / std::numbers::pi));
   }
 }
 
