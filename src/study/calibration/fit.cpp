@@ -145,10 +145,10 @@ constexpr int grid = 32;  // steps of a profile over the range
 
 /// The profile of one unknown: its interval, the hull of all values where f is within `most` of the minimum.
 /// An end of the range inside this interval is open. `known`: places sorted by f.
-class Profile {
+class LikelihoodProfile {
  public:
-  Profile(const Minimiser& f, const std::vector<Place>& known, const Place& best, Eigen::Index unknown,
-          double most)
+  LikelihoodProfile(const Minimiser& f, const std::vector<Place>& known, const Place& best,
+                    Eigen::Index unknown, double most)
       : f_(f), known_(known), best_(best), j_(unknown), most_(most), lowest_(best) {
     for (const int way : {-1, 1}) follow(way, best);
   }
@@ -286,7 +286,7 @@ Fit fit(const Misfit& misfit, const std::vector<bool>& used, const std::vector<U
     const double t = student(misfit.freedom(best.xi, used));
     found.level = t * t;
     Place lowest = best;
-    std::vector<Profile> profiles;
+    std::vector<LikelihoodProfile> profiles;
     for (Eigen::Index j = 0; j < n; ++j) profiles.emplace_back(f, known, best, j, t * t);
     // The ends of one profile are places for the others.
     auto places = known;
