@@ -22,9 +22,8 @@
 
 namespace freeplay::reference {
 
-using Point = Planar<double>;
-
 struct DiscOnOutline {
+  using Point = Planar<double>;
   std::vector<Point> centres;  ///< c_k; two: a thin face
   double reach = 0;            ///< r + R
   double spin = 0;             ///< rad/s, of the outline, at angle 0 at t = 0

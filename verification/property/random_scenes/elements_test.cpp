@@ -45,9 +45,8 @@ void check_scenes(const std::string& kind, int count) {
   CHECK(5 * known >= static_cast<std::size_t>(count));
 }
 
-double apart(const reference::Point& a, const reference::Point& b) {
-  return std::hypot(a.x - b.x, a.y - b.y);
-}
+using OutlinePoint = reference::DiscOnOutline::Point;
+double apart(const OutlinePoint& a, const OutlinePoint& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 }  // namespace
 
