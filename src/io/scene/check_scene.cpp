@@ -140,8 +140,8 @@ class KeysCheck : public SceneVisitor<KeysCheck>, private KeyRules {
   }
   void drive(const Key& key, const std::string& name) const { known_drive(key.name, name); }
   void gauge(const Key& beam, const Key& place, const Instrument& i) const {
-    gauged(beam.name, i.beam);
     need(place, i.place, non_negative);
+    on_beam(place.name, gauged(beam.name, i.beam), i.place);
   }
   template <class... Kinds>
   const Joint* joint_of(const Key& key, int index) const {

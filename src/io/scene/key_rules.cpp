@@ -1,6 +1,7 @@
 #include "io/scene/key_rules.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace freeplay {
 namespace {
@@ -67,6 +68,14 @@ void KeyRules::moving(std::string_view key, const Joint& joint) const {
     fail(key, fmt::format("must be a revolute or translational joint, {} is a {} joint",
                           toml_quoted(name_of(joint)),
                           std::visit([](const auto& j) { return std::decay_t<decltype(j)>::type; }, joint)));
+}
+
+void KeyRules::on_beam(std::string_view key, const Beam& beam, double place) const {
+  if (!(place <= beam.length))
+    fail(key, fmt::format("must be at most the length of the beam, {:.9g} m", beam.length));
+  const int section = static_cast<int>(std::lround(place / beam.piece()));
+  if ((section == 0 && beam.is_free(0)) || (section == beam.elements && beam.is_free(1)))
+    fail(key, "is at the free end, which has no strain");
 }
 
 void KeyRules::grounded(int joint, int of) const {

@@ -107,6 +107,8 @@ class KeyRules {
   void known_drive(std::string_view key, std::string_view name) const {
     named(key, "drive", mechanism_.drives, name);
   }
+  /// A strain gauge at this place (m) is on the beam, and not at a free end.
+  void on_beam(std::string_view key, const Beam& beam, double place) const;
   /// The beam whose sections a strain gauge measures.
   const Beam& gauged(std::string_view key, std::string_view name) const {
     const auto& beam = mechanism_.beams[static_cast<std::size_t>(named(key, "beam", mechanism_.beams, name))];

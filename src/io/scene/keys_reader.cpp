@@ -315,11 +315,8 @@ void KeysReader::gauge(const Key& beam, const Key& place, Instrument& i) {
   i.beam = s_.text(beam.name);
   const auto& found = gauged(beam.name, i.beam);
   need(place, i.place, non_negative);
-  check(i.place <= found.length, place.name, "must be at most the length of the beam, ", found.length, " m");
-  const int section = static_cast<int>(std::lround(i.place / found.piece()));
-  check(!(section == 0 && found.is_free(0)) && !(section == found.elements && found.is_free(1)), place.name,
-        "is at the free end, which has no strain");
-  const auto element = found.element(section);
+  on_beam(place.name, found, i.place);
+  const auto element = found.element(static_cast<int>(std::lround(i.place / found.piece())));
   i.element = element.name;
   i.axial = element.axial;
   i.bending = element.bending;

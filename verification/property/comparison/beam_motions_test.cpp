@@ -192,40 +192,45 @@ TEST_CASE("a beam between a pin and a roller bends to the elastica", "[beams]") 
 }
 
 TEST_CASE("a heavy cable swings as a chain of point masses on rods", "[beams]") {
-  // EA = 1e9 N and EI = 1e-9 N m² leave a chain of the pieces' masses on massless rods, the first half as long: strains
-  // of 1e-8. Released at rest 0.5 rad from the vertical; the time steps of the cable are of second order.
-  constexpr int n = 8;
-  const double turn = 0.5 - 0.5 * std::numbers::pi, g = 9.81;
+  // EA = 1e9 N and EI = 1e-9 N m² leave strains of 1e-8. The chain has the masses of the pieces on massless rods, the
+  // first half as long. A cable bends within its pieces, so that both approach each other: with the first order, because
+  // the start, at rest and straight 0.1 rad from the vertical, is not smooth at the pin. Damping of axial vibration
+  // keeps the cable under tension; fixed steps of 0.25 ms change the place of its last piece by 1e-4 m.
+  const double turn = 0.1 - 0.5 * std::numbers::pi;
   const Vec2 along{std::cos(turn), std::sin(turn)};
-  std::string chain = fmt::format("gravity = [0.0, {}]\n", -g), cable = chain;
-  for (int k = 0; k < n; ++k) {
-    const auto at = along * ((k + 0.5) / n);
-    const auto name = fmt::format("m{}", k);
-    chain +=
-        test::body(name, 1.0 / n, 1, fmt::format("position = [{}, {}]\n", at.x(), at.y())) +
-        test::rod("r" + name, k > 0 ? fmt::format("m{}", k - 1) : "ground", name, (k > 0 ? 1.0 : 0.5) / n);
-  }
-  cable +=
-      test::body("top", 1, 1e-9, fmt::format("position = [0.0, 0.0]\nangle = {}\n", turn)) +
-      test::pin("pin", "ground", "top") +
-      fmt::format(
-          "[beams.rod]\nbetween = [\"top\", \"free\"]\nlength = 1.0\nelements = {}\nyoung = 1e9\ndensity = 1.0\n"
-          "area = 1.0\nsecond_moment = 1e-18\n",
-          n);
-  const auto end = test::run_for(1.5);
-  const auto exact =
-      test::motion_rows(test::scene_by(test::event_driven, chain + end), Family::nonsmooth, 0.05);
-  const auto error = [&](double step) {
-    const auto scene = test::scene_by(test::fixed_steps(step), cable + end);
+  const auto error = [&](double h) {
+    const int n = static_cast<int>(std::round(1 / h));
+    std::string chain = "gravity = [0.0, -9.81]\n", cable = chain;
+    for (int k = 0; k < n; ++k) {
+      const auto at = along * ((k + 0.5) / n);
+      const auto name = fmt::format("m{}", k);
+      chain +=
+          test::body(name, 1.0 / n, 1, fmt::format("position = [{}, {}]\n", at.x(), at.y())) +
+          test::rod("r" + name, k > 0 ? fmt::format("m{}", k - 1) : "ground", name, (k > 0 ? 1.0 : 0.5) / n);
+    }
+    cable +=
+        test::body("top", 1, 1e-9, fmt::format("position = [0.0, 0.0]\nangle = {}\n", turn)) +
+        test::pin("pin", "ground", "top") +
+        fmt::format(
+            "[beams.rod]\nbetween = [\"top\", \"free\"]\nlength = 1.0\nelements = {}\nyoung = 1e9\ndensity = 1.0\n"
+            "area = 1.0\nsecond_moment = 1e-18\ndamping = 1e-4\n",
+            n);
+    const auto end = test::run_for(1.5);
+    const auto exact =
+        test::motion_rows(test::scene_by(test::event_driven, chain + end), Family::nonsmooth, 0.05);
+    const auto scene = test::scene_by(test::fixed_steps(2.5e-4), cable + end);
     const auto run = test::motion_rows(scene, Family::nonsmooth, 0.05);
     REQUIRE(run.rows.size() == exact.rows.size());
+    const auto last = static_cast<std::size_t>(n) - 1;
     double most = 0;
     for (std::size_t i = 0; i < run.rows.size(); ++i) {
-      const Vec2 last{exact.rows[i].q[3 * (n - 1)], exact.rows[i].q[3 * (n - 1) + 1]};
-      most = std::max(most, (Pieces{run.rows[i], first_of(scene)}.place(n - 1) - last).norm());
+      const auto& q = exact.rows[i].q;
+      most = std::max(
+          most,
+          (Pieces{run.rows[i], first_of(scene)}.place(last) - Vec2{q[3 * last], q[3 * last + 1]}).norm());
     }
     return most;
   };
-  test::check_order({1e-3, 5e-4, 2.5e-4}, error, 1.8, 2.2);
-  CHECK(error(2.5e-4) < 1e-4);
+  test::check_order({1.0 / 4, 1.0 / 8, 1.0 / 16}, error, 0.6, 1.2);
+  CHECK(error(1.0 / 16) < 3e-3);
 }

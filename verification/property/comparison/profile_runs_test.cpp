@@ -102,7 +102,9 @@ TEST_CASE("a journal rests in a single pocket", "[profiles]") {
       ((c + q) * std::sin(x) + slope * std::cos(x) < 0 ? low : high) = x;
     }
     const double e = (c + b * std::pow(std::cos(0.5 * low), 16)) / std::cos(low);
-    for (const std::size_t k : {0, 2}) CHECK(rest.fn[k] == Approx(2 * g / (2 * std::cos(low))).epsilon(1e-6));
+    // Fixed steps rest within 1e-3 c of the place, which turns the normals.
+    for (const std::size_t k : {0, 2})
+      CHECK(rest.fn[k] == Approx(2 * g / (2 * std::cos(low))).epsilon(way.fixed() ? 1e-4 : 1e-6));
     CHECK(rest.fn[1] == 0);
     const double off = (way.stepping() ? 1e-3 : 1e-7) * c;
     CHECK(rest.state.q[0] == Approx(0).margin(off));

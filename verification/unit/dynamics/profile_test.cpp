@@ -387,7 +387,8 @@ TEST_CASE("harmonics of orders 0 and 1 are another clearance and another centre"
       // A gap of positions of 3 m rounds by 1e-15 m. The direction of |d| > 0.2 c then by 5e-11.
       CHECK(y.gap == Approx(x.gap).margin(2e-15));
       for (int i = 0; i < 6; ++i) CHECK(y.normal.value[i] == Approx(x.normal.value[i]).margin(1e-9));
-      CHECK(y.gamma_n == Approx(x.gamma_n).margin(1e-9).epsilon(1e-8));
+      // Farther from the bearing the rotation of the normal is limited.
+      if (x.gap < 0.5 * c) CHECK(y.gamma_n == Approx(x.gamma_n).margin(1e-9).epsilon(1e-8));
       // The friction of the moved centre acts at the nominal radius.
       if (a == &round)
         for (int i = 0; i < 6; ++i) CHECK(y.tangent.value[i] == Approx(x.tangent.value[i]).margin(1e-9));
