@@ -70,7 +70,10 @@ ForceBalance::ForceBalance(const Mechanism& mechanism, const Layout& layout)
       if (const auto* l = std::get_if<ForceLoad>(&load); l && l->name == e.name) at_[i] = l->at;
       if (const auto* l = std::get_if<SpringDamper>(&load); l && l->name == e.name) at_[i] = l->at[1];
       if (const auto* l = std::get_if<BumpStop>(&load); l && l->name == e.name) at_[i] = l->at[1];
-      if (const auto* l = std::get_if<BeamElement>(&load)) arm_ = std::max(arm_, l->length);
+      if (const auto* l = std::get_if<BeamElement>(&load)) {
+        arm_ = std::max(arm_, l->length);
+        couple_ = std::max(couple_, 1e-16 * l->axial * l->length);
+      }
     }
   }
 }
@@ -78,7 +81,8 @@ ForceBalance::ForceBalance(const Mechanism& mechanism, const Layout& layout)
 double ForceBalance::worst(const std::vector<Sum>& sums, std::span<const double> a, const Over& over) const {
   double most = 0;
   const auto share = [&](double left, double scale, double inertia, std::size_t coordinate) {
-    const double rounding = over.v.empty() ? 0 : 4e-16 * inertia * std::abs(over.v[coordinate]);
+    double rounding = over.v.empty() ? 0 : 4e-16 * inertia * std::abs(over.v[coordinate]);
+    if (coordinate % 3 == 2) rounding += couple_ * over.seconds;
     if (!(std::abs(left) <= rounding)) most = greatest(most, std::abs(left) / scale);
   };
   for (std::size_t b = 0; b < sums.size(); ++b) {

@@ -69,6 +69,7 @@ class ForceBalance {
   /// m, the longest piece of a beam. Straight beams have moments of zero: the rounding of force times arm, 1e-16, is
   /// no residual, which is significant from 1e-6 of the greatest term.
   double arm_ = 0;
+  double couple_ = 0;  // N m, the rounding of beams' forces, 1e-16 EA, at that arm
 };
 
 /// Evaluates the balance during a run, in every `every`-th step: of forces at three instants of the
