@@ -30,6 +30,7 @@ struct MeshLoss {
   /// rad/s, of the first body, below which the penalty formulation's friction is linear in speed
   std::optional<double> regularisation = {};
 
+  /// Whether there is a loss.
   bool any() const { return efficiency || friction; }
   /// c₁ and c₂
   std::array<double, 2> shares() const {
@@ -38,8 +39,11 @@ struct MeshLoss {
     return {std::tan(*lead_angle + rho) / slope - 1, 1 - std::tan(*lead_angle - rho) / slope};
   }
 
+  /// Of the efficiency where the first body drives.
   static constexpr Range share{[](double x) { return x > 0 && x <= 1; }, "greater than 0 and at most 1"};
+  /// Of that where it is driven back; self-locking from 0 downwards.
   static constexpr Range at_most_one{[](double x) { return x <= 1; }, "1 or less"};
+  /// Of the lead angle, rad.
   static constexpr Range lead{[](double x) { return x > 0 && x < std::numbers::pi / 2; },
                               "between 0 and 1.5708 rad, both left out"};
 

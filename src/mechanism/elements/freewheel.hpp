@@ -27,6 +27,7 @@ struct Freewheel {
   std::string name;                            ///< of the element in the scene
   std::array<int, 2> between{ground, ground};  ///< first and second body: indices, or ground
   double torque_limit = 0;                     ///< N m, T, > 0
+  /// in which the second body turns freely against the first
   Free direction = Free::forward;
   /// rad/s, speed below which the penalty formulation's torque is linear in speed
   std::optional<double> regularisation = {};

@@ -40,6 +40,7 @@ struct FrictionPeak {
     k.need(speed, p.stribeck_speed, positive);
     exponent(k, p.stribeck_exponent);
   }
+  /// The key of the exponent n.
   static void exponent(auto& k, auto& n) {
     k.take({"stribeck_exponent", "", "n in exp(−(|u|/v)ⁿ), v the Stribeck speed; if absent: 2"}, n,
            one_or_more);
