@@ -6,7 +6,6 @@
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
-using Catch::Matchers::Contains;
 
 namespace {
 
