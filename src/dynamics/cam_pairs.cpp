@@ -1,5 +1,7 @@
 #include "dynamics/cam_pairs.hpp"
 
+#include "numerics/descent.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -106,25 +108,10 @@ PitchCurve::Place PitchCurve::look(const Vec2& c, double phi, const Vec2& radial
   return x;
 }
 
-/// Newton's method for the minimum of F in [a, b]. A step that would leave the interval ends at its
-/// end, or in its middle if the minimum is known to lie before that end.
+/// The minimum of F in [a, b].
 PitchCurve::Place PitchCurve::descend(const Vec2& c, const Place& from, double a, double b) const {
-  Place x = from;
-  bool after_a = false, before_b = false;
-  for (int i = 0; i < 100 && x.rate != 0; ++i) {
-    if (x.rate > 0)
-      b = x.phi, before_b = true;
-    else
-      a = x.phi, after_a = true;
-    double to = x.bend > 0 ? x.phi - x.rate / x.bend : x.rate > 0 ? a : b;
-    if (to > b) to = before_b ? 0.5 * (a + b) : b;
-    if (to < a) to = after_a ? 0.5 * (a + b) : a;
-    const double step = std::abs(to - x.phi);
-    if (step <= 1e-16 * (1 + std::abs(to))) break;
-    x = look(c, to, radial_at(to));
-    if (step <= last_step) break;
-  }
-  return x;
+  return freeplay::descend<&Place::rate>(from, a, b, last_step,
+                                         [&](double to) { return look(c, to, radial_at(to)); });
 }
 
 /// The first stage; `delta` becomes Δ.

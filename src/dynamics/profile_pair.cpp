@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "numerics/descent.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -40,24 +42,9 @@ struct ProfilePair::Search {
   }
 };
 
-/// Newton's method for a minimum of G in [a, b]. A step that would leave the interval ends at its end, or in
-/// its middle if the minimum is known to lie before that end.
+/// The minimum of G in [a, b].
 ProfilePair::Place ProfilePair::descend(const Vec2& d, double angle, Place x, double a, double b) const {
-  bool after_a = false, before_b = false;
-  for (int i = 0; i < 100 && x.slope != 0; ++i) {
-    if (x.slope > 0)
-      b = x.phi, before_b = true;
-    else
-      a = x.phi, after_a = true;
-    double to = x.bend > 0 ? x.phi - x.slope / x.bend : x.slope > 0 ? a : b;
-    if (to > b) to = before_b ? 0.5 * (a + b) : b;
-    if (to < a) to = after_a ? 0.5 * (a + b) : a;
-    const double step = std::abs(to - x.phi);
-    if (step <= 1e-16 * (1 + std::abs(to))) break;
-    x = look(d, angle, to);
-    if (step <= 1e-10) break;  // the next one is below rounding
-  }
-  return x;
+  return freeplay::descend<&Place::slope>(x, a, b, 1e-10, [&](double to) { return look(d, angle, to); });
 }
 
 ProfilePair::Place ProfilePair::nearest(const Vec2& d, double angle) const {

@@ -10,12 +10,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Two turns of a crank at one revolution a second. Body b moves by x = 0.003 sin φ m; the force on
-/// p is (3, 4) cos φ N.
-void write_turns(const std::filesystem::path& folder) {
-  make_folder(folder);
-  const auto scene = test::body("b", 1, 1) + test::pin("p", "ground", "b") +
-                     test::drive("d", "p", "speed_rpm = 60\n") + test::run_for(2);
+/// run.json of a penalty run of a scene.
+void write_run(const std::filesystem::path& folder, const std::string& scene) {
   write_file(folder / "run.json", nlohmann::json{{"formulation", "penalty"},
                                                  {"provenance",
                                                   {{"version", "0"},
@@ -24,6 +20,15 @@ void write_turns(const std::filesystem::path& folder) {
                                                    {"scene", scene},
                                                    {"overrides", nlohmann::json::array()}}}}
                                       .dump());
+}
+
+/// Two turns of a crank at one revolution a second. Body b moves by x = 0.003 sin φ m; the force on
+/// p is (3, 4) cos φ N.
+void write_turns(const std::filesystem::path& folder) {
+  make_folder(folder);
+  const auto scene = test::body("b", 1, 1) + test::pin("p", "ground", "b") +
+                     test::drive("d", "p", "speed_rpm = 60\n") + test::run_for(2);
+  write_run(folder, scene);
   std::string trajectory = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega\n", forces = "t,p.fx,p.fy,p.m\n";
   for (int i = 0; i <= 80; ++i) {
     const double t = 0.025 * i, angle = 2 * std::numbers::pi * t;
@@ -45,14 +50,7 @@ void write_guide(const std::filesystem::path& folder) {
       test::guide("g", "b", "c", {0.6, 0.8}, {0.1, 0.2}, {0.05, -0.02}) + test::harmonic("wave", 0.4, 1.0) +
       test::drive("hold", "p", "target_angle = \"wave\"\nproportional = 1.0\n") +
       test::drive("feed", "g", "target_position = 0.3\nproportional = 1.0\n") + test::run_for(1);
-  write_file(folder / "run.json", nlohmann::json{{"formulation", "penalty"},
-                                                 {"provenance",
-                                                  {{"version", "0"},
-                                                   {"commit", "none"},
-                                                   {"scene_file", (folder / "scene.toml").string()},
-                                                   {"scene", scene},
-                                                   {"overrides", nlohmann::json::array()}}}}
-                                      .dump());
+  write_run(folder, scene);
   std::string trajectory = "t,b.x,b.y,b.theta,b.vx,b.vy,b.omega,c.x,c.y,c.theta,c.vx,c.vy,c.omega\n";
   const Complex a{0.6, 0.8}, i{0, 1}, arms = Complex{0.1, 0.2} - Complex{0.05, -0.02};
   for (int k = 0; k <= 8; ++k) {
