@@ -141,6 +141,11 @@ ContactSolution ReactionBounds::solve(StepData& s, StepProblem& p, ImpulseRespon
     coupled_.factor(i) = s.system.friction_facts(k).reaction->coefficient(0.0);
     coupled_.column(i, responses.reaction(u.tangent));
     image_[i] = std::abs(u.impulse_t);
+    // From the last impulse, friction that holds would creep: the bound of its rate is a tolerance.
+    if (const auto& bound = *s.system.friction_facts(k).reaction;
+        !bound.reads_reactions() && u.impulse_t != 0 &&
+        std::abs(p.slides[static_cast<std::size_t>(k)].dot(s.v_old.data())) <= 1e-10 * slide_scale)
+      image_[i] = bound.coefficient(0.0) * bound.support({}, u.impulse_t, s.length());
   }
   auto result = settle(image_, s, p, responses);
   if (!result.solved) return result;

@@ -56,6 +56,9 @@ double slip_reversal_error(const StepData& step, const ContactSet& contacts, con
   for (std::size_t k = 0; k < problem.slides.size(); ++k) {
     const auto& u = problem.friction(static_cast<int>(k));
     take(problem.slides[k], u, u.bound);
+    // The bound is that of the direction at the end, which may be zero: a freewheel.
+    const double before = problem.slides[k].dot(step.v_old.data());
+    if (before * problem.rate(u.tangent) < 0) rate = std::max(rate, std::abs(before));
   }
   return rate;
 }
@@ -74,36 +77,96 @@ void list_pulls(const StepData& step, const ContactSet& contacts, const StepProb
   }
 }
 
-MissedChanges missed_changes(const std::vector<Pull>& whole, const std::vector<Pull>& first,
-                             const std::vector<Pull>& second) {
-  MissedChanges found;
-  for (std::size_t k = 0; k < whole.size(); ++k) {
-    // Pulls at a quarter, a half and three quarters of the step, as rates over its whole length, and
-    // the parabola middle + slope x + bend x² through them, x from −½ to ½.
-    const double early = 2 * first[k].rate, middle = whole[k].rate, late = 2 * second[k].rate;
-    const double slope = 2 * (late - early), bend = 8 * (early - 2 * middle + late);
+void list_holds(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
+                std::vector<Hold>& list) {
+  list.clear();
+  const auto take = [&](const ContactUnknown& u, const std::array<double, 2>& bound) {
+    auto& hold = list.emplace_back();
+    hold.held = std::abs(u.impulse_t) < bound[u.impulse_t < 0 ? 1 : 0] * (1 - slip_residual);
+    const double d = problem.D(u.tangent, u.tangent);
+    hold.beyond = {d * (u.impulse_t - bound[0]), d * (-u.impulse_t - bound[1])};
+  };
+  for (const auto& c : contacts.all()) {
+    const auto* u = problem.unknown_of(c);
+    if (!u || u->tangent < 0) {
+      list.emplace_back();
+      continue;
+    }
+    const double bound = u->friction * u->impulse_n;
+    take(*u, {bound, bound});
+  }
+  for (std::size_t k = 0; k < problem.slides.size(); ++k) {
+    const int i = static_cast<int>(k);
+    const auto& u = problem.friction(i);
+    std::array<double, 2> bound{u.bound, u.bound};
+    // The bound of an impulse that holds has not been iterated to its end.
+    if (const auto& by = step.system.friction_facts(i).reaction) {
+      const auto reactions = by->reactions(step.lambda.data());
+      for (const std::size_t side : {0U, 1U})
+        bound[side] = by->coefficient(0.0) * by->support(reactions, side == 0 ? 1 : -1, step.length());
+    }
+    take(u, bound);
+    list.back().held = list.back().held && std::abs(u.impulse_t) < u.bound * (1 - slip_residual);
+    if (problem.driven(i)) list.back().held = false;
+  }
+}
+
+namespace {
+
+/// The parabola middle + slope x + bend x², x from −½ to ½, of a rate in time over a whole step, from its
+/// amounts in the step and its halves.
+struct Parabola {
+  double middle, slope, bend;
+  std::array<double, 2> zeros{INFINITY, INFINITY};  // in order
+
+  Parabola(double whole, double first, double second)
+      : middle(whole), slope(4 * (second - first)), bend(16 * (first - whole + second)) {
     const double root = slope * slope - 4 * bend * middle;
-    if (!(root > 0)) continue;
-    // Its zeros, in order, without cancellation.
-    const double q = -0.5 * (slope + std::copysign(std::sqrt(root), slope));
-    std::array<double, 2> zeros{bend != 0 ? q / bend : INFINITY, q != 0 ? middle / q : INFINITY};
+    if (!(root > 0)) return;
+    const double q = -0.5 * (slope + std::copysign(std::sqrt(root), slope));  // without cancellation
+    zeros = {bend != 0 ? q / bend : INFINITY, q != 0 ? middle / q : INFINITY};
     if (zeros[0] > zeros[1]) std::swap(zeros[0], zeros[1]);
-    const auto total = [&](double x) { return x * (middle + x * (slope / 2 + x * bend / 3)); };
-    const auto missed = [&](const Pull& pull, double from, double to) {
-      double rate = 0;
-      for (const double end : {std::clamp(zeros[0], from, to), std::clamp(zeros[1], from, to), to}) {
-        const double gained = total(end) - total(from);
-        rate += std::max(pull.pressed ? gained : -gained, 0.0);
-        from = end;
-      }
-      // Pulls of one sign are as they were taken; rounding may place a zero at an end.
-      found.rate = std::max(found.rate, rate);
-    };
-    missed(first[k], -0.5, 0);
-    missed(second[k], 0, 0.5);
+  }
+  double total(double x) const { return x * (middle + x * (slope / 2 + x * bend / 3)); }
+  /// ∫ of its parts of one sign (1 or −1), as a positive amount.
+  double part(double sign, double from, double to) const {
+    double sum = 0;
+    for (const double end : {std::clamp(zeros[0], from, to), std::clamp(zeros[1], from, to), to}) {
+      sum += std::max(sign * (total(end) - total(from)), 0.0);
+      from = end;
+    }
+    return sum;
+  }
+  /// The first place where it becomes positive, as a share of the step; infinite without one.
+  double rise() const {
     for (const double x : zeros)
-      if (std::abs(x) < 0.5 && slope + 2 * bend * x > 0)
-        found.separation = std::min(found.separation, x + 0.5);
+      if (std::abs(x) < 0.5 && slope + 2 * bend * x > 0) return x + 0.5;
+    return INFINITY;
+  }
+};
+
+}  // namespace
+
+MissedChanges missed_changes(const StepView& whole, const StepView& first, const StepView& second) {
+  MissedChanges found;
+  for (std::size_t k = 0; k < whole.pulls.size(); ++k) {
+    const auto &early = first.pulls[k], &late = second.pulls[k];
+    const Parabola pull(whole.pulls[k].rate, early.rate, late.rate);
+    // Pulls of one sign are as they were taken; rounding may place a zero at an end.
+    if (!std::isfinite(pull.zeros[0])) continue;
+    found.rate = std::max({found.rate, pull.part(early.pressed ? 1 : -1, -0.5, 0),
+                           pull.part(late.pressed ? 1 : -1, 0, 0.5)});
+    found.separation = std::min(found.separation, pull.rise());
+  }
+  for (std::size_t k = 0; k < whole.holds.size(); ++k) {
+    if (!whole.holds[k].held || !first.holds[k].held || !second.holds[k].held) continue;
+    for (const std::size_t side : {0U, 1U}) {
+      const Parabola beyond(whole.holds[k].beyond[side], first.holds[k].beyond[side],
+                            second.holds[k].beyond[side]);
+      if (!std::isfinite(beyond.zeros[0])) continue;
+      found.rate = std::max(found.rate, beyond.part(1, -0.5, 0.5));
+      found.separation = std::min(found.separation, beyond.rise());
+    }
   }
   return found;
 }
@@ -114,16 +177,20 @@ StepPair::StepPair(const System& system, const ErrorNorm& norm, double speed_sca
   for (auto* x : {&middle_q, &middle_v, &start.q, &start.v}) x->resize(n);
   for (auto* place : {&start, &whole_})
     place->log = ContactLog(system.contacts());  // with room for its events
-  for (auto* pulls : {&pulls_whole_, &pulls_first_, &pulls_second_})
-    pulls->reserve(static_cast<std::size_t>(system.contacts()));
+  for (auto* view : {&view_whole_, &view_first_, &view_second_})
+    view->pulls.reserve(static_cast<std::size_t>(system.contacts()));
 }
 
 bool StepPair::take(MoreauStepper& moreau, double h) {
   const double t = start.t + h;
   middle_t = start.t + 0.5 * h;
-  const auto note = [&](std::vector<signed char>& modes) {
-    list_modes(moreau.contacts(), moreau.problem(), modes);
-    return slip_reversal_error(moreau.data(), moreau.contacts(), moreau.problem());
+  slip_reversal_ = 0;
+  const auto note = [&](StepView& view) {
+    list_modes(moreau.contacts(), moreau.problem(), view.modes);
+    list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), view.pulls);
+    list_holds(moreau.data(), moreau.contacts(), moreau.problem(), view.holds);
+    slip_reversal_ =
+        std::max(slip_reversal_, slip_reversal_error(moreau.data(), moreau.contacts(), moreau.problem()));
   };
   const auto add_to = [&](Forces& sum) {
     if (!watching_) return;
@@ -131,22 +198,19 @@ bool StepPair::take(MoreauStepper& moreau, double h) {
     sum.add(1, moreau.within());
   };
   if (!moreau.advance(t, StepReach::closed)) return false;
-  slip_reversal_ = note(modes_whole_);
-  list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_whole_);
+  note(view_whole_);
   moreau.keep(whole_);
   for (auto* sum : {&smooth, &whole_smooth_, &within}) sum->clear();
   add_to(whole_smooth_);
   moreau.go_back(start);
   if (!moreau.advance(middle_t, StepReach::closed)) return false;
-  list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_first_);
-  slip_reversal_ = std::max(slip_reversal_, note(modes_first_));
+  note(view_first_);
   std::copy_n(moreau.q(), system_.n(), middle_q.begin());
   std::copy_n(moreau.v(), system_.n(), middle_v.begin());
   add_to(smooth);
   if (!moreau.advance(t, StepReach::closed)) return false;
-  list_pulls(moreau.data(), moreau.contacts(), moreau.problem(), pulls_second_);
-  missed_ = missed_changes(pulls_whole_, pulls_first_, pulls_second_);
-  slip_reversal_ = std::max(slip_reversal_, note(modes_second_));
+  note(view_second_);
+  missed_ = missed_changes(view_whole_, view_first_, view_second_);
   add_to(smooth);
   return true;
 }

@@ -5,6 +5,7 @@
 // itself is the error estimate.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -35,15 +36,33 @@ struct Pull {
 void list_pulls(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
                 std::vector<Pull>& list);
 
-/// Changes of closed contacts within a step and its two halves, by the parabola through their pulls.
-struct MissedChanges {
-  /// m/s, the greatest rate that the halves miss: a contact is pressed, or released, in a part of a
-  /// half that takes it as released, or as pressed, throughout
-  double rate = 0;
-  double separation = INFINITY;  ///< the first one, as a share of the step
+
+/// How far the impulse of friction is beyond its bounds in one step, as rates (m/s): in the positive and in the
+/// negative direction. Both are < 0 where friction holds.
+struct Hold {
+  std::array<double, 2> beyond{};
+  bool held = false;
 };
-MissedChanges missed_changes(const std::vector<Pull>& whole, const std::vector<Pull>& first,
-                             const std::vector<Pull>& second);
+/// Lists the holds of all contacts and joints with friction in the last step.
+void list_holds(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
+                std::vector<Hold>& list);
+
+/// Quantities of one step.
+struct StepView {
+  std::vector<signed char> modes;
+  std::vector<Pull> pulls;
+  std::vector<Hold> holds;
+};
+
+/// Changes of closed contacts and of friction within a step and its two halves, by the parabolas through their
+/// pulls and holds.
+struct MissedChanges {
+  /// m/s, the greatest rate that the halves miss: a contact is pressed, or released, in a part of a half that
+  /// takes it as released, or as pressed, throughout; or friction that all three hold has to slip in a part
+  double rate = 0;
+  double separation = INFINITY;  ///< the first one, or the first slip, as a share of the step
+};
+MissedChanges missed_changes(const StepView& whole, const StepView& first, const StepView& second);
 
 class StepPair {
  public:
@@ -54,13 +73,14 @@ class StepPair {
   bool take(MoreauStepper& moreau, double h);
   /// Whether the modes are the same in all three steps and no sliding reversed within one.
   bool alike() const {
-    return modes_whole_ == modes_first_ && modes_first_ == modes_second_ && slip_reversal_ == 0;
+    return view_whole_.modes == view_first_.modes && view_first_.modes == view_second_.modes &&
+           slip_reversal_ == 0;
   }
   /// Error estimate over the accepted error.
   double error(const MoreauStepper& moreau) const;
   void extrapolate(MoreauStepper& moreau);
-  /// The first separation of a contact, as a share of the step; infinite if there is none, or if
-  /// the step misses less than a thousandth of the accepted error with it.
+  /// The first separation of a contact or slip of friction, as a share of the step; infinite if there is none,
+  /// or if the step misses less than a thousandth of the accepted error with it.
   double separation() const { return unseen(missed_.rate) > 1e-3 ? missed_.separation : INFINITY; }
 
   /// @name Forces of the pair
@@ -72,7 +92,7 @@ class StepPair {
   Forces smooth, within;
   /// Modes at a time within the pair, as list_modes() lists them.
   const std::vector<signed char>& modes(double t) const {
-    return t < middle_t ? modes_first_ : modes_second_;
+    return t < middle_t ? view_first_.modes : view_second_.modes;
   }
   ///@}
 
@@ -93,8 +113,7 @@ class StepPair {
   ErrorNorm norm_;
   double speed_scale_;  // m/s
   MoreauStepper::Place whole_;
-  std::vector<signed char> modes_whole_, modes_first_, modes_second_;
-  std::vector<Pull> pulls_whole_, pulls_first_, pulls_second_;
+  StepView view_whole_, view_first_, view_second_;
   double slip_reversal_ = 0;  // m/s; see slip_reversal_error()
   MissedChanges missed_;
   bool watching_ = false;
