@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/calibrate_series.hpp"
 #include "cli/cluster/shards.hpp"
 #include "cli/command_line.hpp"
 #include "cli/ending.hpp"
@@ -19,6 +20,7 @@
 #include "io/files/run_json.hpp"
 #include "study/calibration/calibration_documents.hpp"
 #include "study/calibration/quantity_fit.hpp"
+#include "study/calibration/series_fit.hpp"
 #include "study/partition/divided.hpp"
 #include "study/settings/study.hpp"
 
@@ -114,11 +116,14 @@ int calibrate_quantities(const Study& study, const std::filesystem::path& folder
 int calibrate(const StudyRequest& request) {
   const auto study = read_study(request.study, request.reach);
   const bool quantities = study.calibration && fits_quantities(*study.calibration);
-  if (!quantities) require_signal(study, "calibrate");
+  const bool series = study.calibration && fits_series(*study.calibration);
+  if (!quantities && !series) require_signal(study, "calibrate");
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto origin = provenance(study);  // reads all named files
   if (quantities && !request.shards.requested())
     return calibrate_quantities(study, folder, origin, request.stop);
+  if (series && !request.shards.requested())
+    return calibrate_series(study, folder, origin, request.threads, request.stop);
   auto plan = plan_calibration(study, request.conduct());
   if (request.stop()) return interrupted(Kept::nothing);
   // The points; fits follow after the merge, by the verb without these options.

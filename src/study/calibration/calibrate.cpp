@@ -208,11 +208,11 @@ bool contradicts(const std::vector<double>& outcomes, double measured, double to
 CalibrationPlan plan_calibration(const Study& study, const Conduct& conduct) {
   if (!study.calibration) throw SceneError(fmt::format("{}: has no [calibrate]", study.file.string()));
   const auto& c = *study.calibration;
-  if (c.targets.front().is_quantity())
+  if (const auto& t = c.targets.front(); t.is_quantity() || t.is_series())
     throw SceneError(fmt::format(
-        "{}: calibrate.targets.{}: \"{}\" is a quantity of one run; only `freeplay calibrate` on one machine "
-        "fits those",
-        study.file.string(), c.targets.front().name, c.targets.front().statistic));
+        "{}: calibrate.targets.{}: \"{}\" is {} of one run; only `freeplay calibrate` on one machine fits "
+        "those",
+        study.file.string(), t.name, t.statistic, t.is_series() ? "a series" : "a quantity"));
   const auto n = static_cast<int>(c.unknowns.size());
   if (c.points < ResponseSurface::coefficients(n) + 2)
     throw SceneError(fmt::format("{}: calibrate.points must be at least {} for {} unknowns, is {}",

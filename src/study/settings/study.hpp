@@ -158,23 +158,50 @@ struct Target {
   double noise = 0;     ///< m/s², standard deviation of the noise of each sample
   int turns = 0;        ///< number of turns of a run and of each segment of the file
   Stretches stretches;  ///< segments whose mean statistic is `value`
+  /// @name A measured time series, which is compared sample by sample (study/calibration/series_fit.hpp)
+  ///@{
+  std::string channel;                ///< column of trajectory.csv or forces.csv, or instrument
+  std::vector<std::string> columns;   ///< of `data`: time (s) and value; empty: the first two
+  std::string against;                ///< a further column of `data`, over which flanks are compared
+  double level = 0;                   ///< |value| that ends a flank; 0: none are compared
+  std::optional<double> from, until;  ///< s, the compared time
+  bool hold_out = false;              ///< predicted, not fitted
+  ///@}
   bool is_quantity() const { return statistic.find('.') != std::string::npos; }
   /// Whether the mean turn of runs is compared with that of `data`, by a measure of the study.
   bool is_waveform() const { return statistic == "waveform"; }
+  /// Whether a column of one run is compared with the samples of `data`.
+  bool is_series() const { return statistic == "series"; }
   /// Name of the measure that provides the statistic; for others its own name.
   std::string measure() const { return is_waveform() ? "waveform_" + name : statistic; }
 
   static void keys(auto& k, auto& x) {
     k.names({"set", "", "keys of the scene for this target, KEY=VALUE"}, x.overrides);
     k.need({"statistic", "",
-            "statistic of a run (docs/reference/study.md lists them), measure of the study, \"waveform\", or "
-            "quantity such as event.1.t"},
+            "statistic of a run (docs/reference/study.md lists them), measure of the study, \"waveform\", "
+            "\"series\", or quantity such as event.1.t"},
            x.statistic);
-    if (k.when(!x.is_waveform())) k.take({"value", "", "as measured", "–"}, x.value);
+    if (k.when(!x.is_waveform() && !x.is_series())) k.take({"value", "", "as measured", "–"}, x.value);
     if (k.when(!x.is_quantity()))
       k.take({"data", "", "measured file for computing the statistic, in place of value"}, x.data);
-    k.take({"tolerance", "", "relative standard uncertainty of the value; of a waveform 0.01", "0.1"},
-           x.tolerance, positive);
+    if (k.when(!x.is_series()))
+      k.take({"tolerance", "", "relative standard uncertainty of the value; of a waveform 0.01", "0.1"},
+             x.tolerance, positive);
+    if (k.when(x.is_series())) {
+      k.need({"channel", "", "series: column of trajectory.csv or forces.csv, or instrument"}, x.channel);
+      k.names({"columns", "", "series: columns of data for time (s) and value", "the first two"}, x.columns);
+      k.take({"from", "s", "series: beginning of the compared time", "that of data"}, x.from, any_number);
+      k.take({"until", "s", "series: end of the compared time", "that of data"}, x.until, any_number);
+      k.take({"against", "", "series: column of data over which flanks are compared, such as a displacement",
+              "–"},
+             x.against);
+      k.take(
+          {"level", "",
+           "series: a flank ends where the value reaches plus or minus this after a change of sign; with against",
+           "–"},
+          x.level, positive);
+      k.take({"hold_out", "", "series: true: predicted with the fitted unknowns, not fitted"}, x.hold_out);
+    }
     if (k.when(x.is_quantity()))
       k.take({"deviation", "", "standard uncertainty of a quantity in SI units, in place of tolerance", "–"},
              x.deviation, positive);

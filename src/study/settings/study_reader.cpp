@@ -335,8 +335,20 @@ void StudyReader::finish_quantity(Target& x) {
     s_.fail("tolerance", "is relative to value, which is 0; give deviation instead");
 }
 
+/// A target whose samples are compared with those of a run.
+void StudyReader::finish_series(Target& x) {
+  if (!s_.has("data")) s_.fail("data", "is required for a series: the measured file");
+  if (s_.has("columns") && x.columns.size() != 2)
+    s_.fail("columns", fmt::format("must name two columns, time and value, names {}", x.columns.size()));
+  if (s_.has("level") != s_.has("against"))
+    s_.fail("level", "and against go together; one of them is missing");
+  if (x.from && x.until && !(*x.from < *x.until))
+    s_.fail("until", fmt::format("must be greater than from = {}, is {}", *x.from, *x.until));
+}
+
 void StudyReader::finish(Target& x) {
   if (x.is_quantity()) return finish_quantity(x);
+  if (x.is_series()) return finish_series(x);
   if (!s_.has("tolerance")) x.tolerance = x.is_waveform() ? 0.01 : 0.1;
   if (x.is_waveform()) {
     if (!s_.has("data")) s_.fail("data", "is required for a waveform: the measured file");
@@ -358,8 +370,9 @@ void StudyReader::finish(Target& x) {
       std::ranges::find(study_.measures, x.statistic, &Measure::name) != study_.measures.end();
   if (!measure && std::ranges::find(known, x.statistic) == known.end())
     s_.fail("statistic",
-            fmt::format("\"{}\" is neither a statistic nor a measure of the study; known are {}, waveform",
-                        x.statistic, fmt::join(known, ", ")));
+            fmt::format(
+                "\"{}\" is neither a statistic nor a measure of the study; known are {}, waveform, series",
+                x.statistic, fmt::join(known, ", ")));
   if (measure && s_.has("data"))
     s_.fail("statistic", fmt::format("\"{}\" is a measure of a run, which a file of a signal cannot "
                                      "provide; give its value",
@@ -373,13 +386,18 @@ void StudyReader::finish(Target& x) {
 }
 
 void StudyReader::finish(Calibration& c) {
-  const auto other = std::ranges::find_if(
-      c.targets, [&](const Target& t) { return t.is_quantity() != c.targets.front().is_quantity(); });
+  const auto kind = [](const Target& t) {
+    return t.is_quantity() ? "a quantity of one run" : t.is_series() ? "a series of one run" : "a statistic";
+  };
+  const std::string_view first = kind(c.targets.front());
+  const auto other = std::ranges::find_if(c.targets, [&](const Target& t) { return kind(t) != first; });
   if (other != c.targets.end())
     s_.fail("targets." + other->name + ".statistic",
-            fmt::format("\"{}\" and \"{}\" are a quantity of one run and a statistic, which are fitted by "
-                        "different methods; calibrate them in two studies",
-                        other->statistic, c.targets.front().statistic));
+            fmt::format("\"{}\" and \"{}\" are {} and {}, which are fitted by different methods; calibrate "
+                        "them in two studies",
+                        other->statistic, c.targets.front().statistic, kind(*other), first));
+  if (std::ranges::all_of(c.targets, &Target::hold_out))
+    s_.fail("targets", "must have a target without hold_out, to which the unknowns are fitted");
 }
 
 void StudyReader::refuse_varied(const AttractorPlan& p, std::initializer_list<std::size_t> axes) {

@@ -71,6 +71,7 @@ class StudyReader : public SectionReader {
   void finish(BasinPlan& plan) { refuse_varied(plan, {plan.x, plan.y}); }
   void finish(ContinuationPlan& plan);
   void finish_quantity(Target& x);
+  void finish_series(Target& x);
   /// Refuses keys that an axis varies and the plan also sets.
   void refuse_varied(const AttractorPlan& plan, std::initializer_list<std::size_t> axes);
   /// Refuses the name of an axis, measure or derived quantity that is already a column of the results.
