@@ -32,10 +32,11 @@ void print_misfits(const Calibration& c, const SeriesFit& f, bool fitted) {
       continue;
     }
     const bool flanks = c.targets[s.target].level > 0;
-    fmt::print("  {:<18} {:<9} {:>8.4g} {:>8.4g} {:>8.2g} {:>6.3g} {:>9} {:>6}\n", c.targets[s.target].name,
-               s.formulation, m.rms, m.measured_rms, m.mean, m.independent,
-               flanks ? fmt::format("{:.3g}", m.flank_rms) : "-",
-               flanks ? fmt::format("{}{}", m.flanks, m.unpaired > 0 ? fmt::format("-{}", m.unpaired) : "") : "-");
+    fmt::print(
+        "  {:<18} {:<9} {:>8.4g} {:>8.4g} {:>8.2g} {:>6.3g} {:>9} {:>6}\n", c.targets[s.target].name,
+        s.formulation, m.rms, m.measured_rms, m.mean, m.independent,
+        flanks ? fmt::format("{:.3g}", m.flank_rms) : "-",
+        flanks ? fmt::format("{}{}", m.flanks, m.unpaired > 0 ? fmt::format("-{}", m.unpaired) : "") : "-");
   }
 }
 

@@ -12,8 +12,8 @@ struct Study;
 
 namespace freeplay::cli {
 
-/// Fits, writes calibration.json and series.csv into the folder, draws figures, and prints a summary. `origin`:
-/// provenance of the study. Returns the exit status: 1 if the fit does not hold.
+/// Fits, writes calibration.json and series.csv into the folder, draws figures, and prints a summary.
+/// `origin`: provenance of the study. Returns the exit status: 1 if the fit does not hold.
 int calibrate_series(const Study& study, const std::filesystem::path& folder, const nlohmann::json& origin,
                      int threads, const StopToken& stop);
 

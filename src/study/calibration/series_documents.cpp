@@ -28,21 +28,25 @@ std::string conclusion(const Study& study, const SeriesFit& f) {
   for (std::size_t j = 0; j < c.unknowns.size(); ++j) {
     const auto& e = f.unknowns[j];
     const auto& u = c.unknowns[j];
-    if (!std::isfinite(e.low)) bare.push_back(u.name);
-    else if (e.open_low || e.open_high) open.push_back(u.name);
+    if (!std::isfinite(e.low))
+      bare.push_back(u.name);
+    else if (e.open_low || e.open_high)
+      open.push_back(u.name);
     values.push_back(fmt::format("{} = {:.4g}{}{}{}", u.name, e.value,
                                  std::isfinite(e.low) ? fmt::format(" ({:.4g}..{:.4g})", e.low, e.high) : "",
                                  u.unit.empty() ? "" : " ", u.unit));
   }
-  if (!stopped.empty()) return fmt::format("Failed: runs at the optimum stopped: {}.", fmt::join(stopped, ", "));
+  if (!stopped.empty())
+    return fmt::format("Failed: runs at the optimum stopped: {}.", fmt::join(stopped, ", "));
   if (!f.converged)
-    return "Not converged: the misfit has no minimum that a step of the unknowns would not change by a tenth of "
-           "their standard deviations.";
+    return "Not converged: the misfit has no minimum that a step of the unknowns would not change by a "
+           "tenth of their standard deviations.";
   auto words = fmt::format("{}.", fmt::join(values, ", "));
   if (!open.empty())
     words += fmt::format(" The series do not exclude an end of the range of {}.", fmt::join(open, ", "));
   if (!bare.empty())
-    words += fmt::format(" {:.2g} independent samples give no interval of {}.", f.independent, fmt::join(bare, ", "));
+    words += fmt::format(" {:.2g} independent samples give no interval of {}.", f.independent,
+                         fmt::join(bare, ", "));
   words += fmt::format(" The residual is {} (fitted)", fmt::join(fitted, ", "));
   if (!predicted.empty()) words += fmt::format(", and {} (predicted)", fmt::join(predicted, ", "));
   return words + ".";
@@ -52,7 +56,11 @@ nlohmann::json to_json(const Study& study, const SeriesFit& f) {
   const auto& c = *study.calibration;
   nlohmann::json j;
   for (const auto& t : c.targets)
-    j["targets"][t.name] = {{"statistic", t.statistic}, {"channel", t.channel}, {"hold_out", t.hold_out}};
+    j["targets"][t.name] = {{"statistic", t.statistic},
+                            {"channel", t.channel},
+                            {"hold_out", t.hold_out},
+                            {"against", t.against},
+                            {"against_unit", t.unit}};
   nlohmann::json fit;
   for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
     const auto& e = f.unknowns[k];
@@ -77,10 +85,8 @@ nlohmann::json to_json(const Study& study, const SeriesFit& f) {
            {"correlation_time", m.correlation_time},
            {"independent_samples", m.independent}};
     if (c.targets[s.target].level > 0)
-      one["flanks"] = {{"compared", m.flanks},
-                       {"unpaired", m.unpaired},
-                       {"rms", m.flank_rms},
-                       {"mean", m.flank_mean}};
+      one["flanks"] = {
+          {"compared", m.flanks}, {"unpaired", m.unpaired}, {"rms", m.flank_rms}, {"mean", m.flank_mean}};
   }
   auto rows = nlohmann::json::array();
   for (const auto row : f.correlation.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));

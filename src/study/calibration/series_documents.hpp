@@ -1,5 +1,5 @@
-// Contents of the result files of calibrations to series, and their conclusion in words. Documents are without
-// their provenance.
+// Contents of the result files of calibrations to series, and their conclusion in words. Documents are
+// without their provenance.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,8 +16,8 @@ struct Study;
 std::string conclusion(const Study& study, const SeriesFit& fit);
 /// calibration.json.
 nlohmann::json to_json(const Study& study, const SeriesFit& fit);
-/// series.csv: measured value and model at each sample of each target in each formulation; `use` is fitted or
-/// predicted.
+/// series.csv: measured value and model at each sample of each target in each formulation; `use` is fitted
+/// or predicted.
 Table series_table(const Study& study, const SeriesFit& fit);
 
 }  // namespace freeplay

@@ -50,7 +50,8 @@ Linearised linearised(const ResidualsAt& at, const Vector& xi, const SeriesResid
       // A side whose run failed is replaced by the point itself.
       const auto& below = r[k].empty() ? here[s] : r[k][s];
       const auto& above = r[k + 1].empty() ? here[s] : r[k + 1][s];
-      const double low = r[k].empty() ? xi[j] : points[k][j], high = r[k + 1].empty() ? xi[j] : points[k + 1][j];
+      const double low = r[k].empty() ? xi[j] : points[k][j],
+                   high = r[k + 1].empty() ? xi[j] : points[k + 1][j];
       if (high > low)
         J.col(j) = (above - below) / (high - low);
       else

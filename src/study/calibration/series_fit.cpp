@@ -54,7 +54,8 @@ MeasuredSeries read_series(const Target& target) {
   if (!target.against.empty()) {
     // Without `columns`, the time is the first column.
     const auto header = fields(text.substr(0, text.find('\n')));
-    against = pairs_in(target, {target.columns.empty() ? header.front() : target.columns[0], target.against}, text);
+    against =
+        pairs_in(target, {target.columns.empty() ? header.front() : target.columns[0], target.against}, text);
   }
   MeasuredSeries series;
   double mean = 0, squares = 0;
@@ -104,8 +105,8 @@ class ColumnRecord : public TableSink {
 
  protected:
   void head() override {
-    place_ = static_cast<std::size_t>(std::ranges::find(columns_, column_, &ColumnName::name) -
-                                      columns_.begin());
+    place_ =
+        static_cast<std::size_t>(std::ranges::find(columns_, column_, &ColumnName::name) - columns_.begin());
     mean_ = column_.ends_with("_mean");
   }
 
@@ -236,9 +237,7 @@ class SeriesModel {
     std::ranges::copy(overrides_at(c_, xi), std::back_inserter(overrides));
     return open_scene(study_.scene, overrides, study_.reach == Reach::anywhere);
   }
-  SimulationOptions options() const {
-    return {.matched = study_.matched, .stop = stop_, .checked = true};
-  }
+  SimulationOptions options() const { return {.matched = study_.matched, .stop = stop_, .checked = true}; }
   void run(Job& job) const try {
     const auto& target = c_.targets[job.target];
     Simulation simulation(*scene_at(target, job.xi), job.formulation, options());
@@ -379,9 +378,15 @@ SeriesFit fit_series(const Study& study, int threads, const StopToken& stop,
   for (auto& job : jobs) {
     const auto& target = c.targets[job.target];
     const auto& m = model.measured(job.target);
-    ComparedSeries one{job.target, job.formulation, !target.hold_out && job.formulation == c.formulation,
-                       m.t,        m.against,       m.value,
-                       job.model,  {},              job.reason};
+    ComparedSeries one{job.target,
+                       job.formulation,
+                       !target.hold_out && job.formulation == c.formulation,
+                       m.t,
+                       m.against,
+                       m.value,
+                       job.model,
+                       {},
+                       job.reason};
     if (!one.model.empty()) one.misfit = misfit_of(one.t, one.against, one.measured, one.model, target.level);
     fit.series.push_back(std::move(one));
   }

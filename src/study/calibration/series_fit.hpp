@@ -1,13 +1,13 @@
-// Calibration to measured time series. A target names a column of a run and a file with the measured samples;
-// the residual at each sample is the column, linear between its rows, less the measured value. The unknowns
-// minimise the squares of the residuals of all targets without `hold_out`, each divided by the standard deviation
-// of its measured values; their intervals allow for the autocorrelation of the residuals
-// (study/calibration/series_estimate.hpp). Then all targets, fitted or held out, are run in each formulation of
-// the study, and their misfits are reported, in the unit of the channel and, at the flanks of a loop, in that
-// of the column `against`.
+// Calibration to measured time series. A target names a column of a run and a file with the measured
+// samples; the residual at each sample is the column, linear between its rows, less the measured value.
+// The unknowns minimise the squares of the residuals of all targets without `hold_out`, each divided by
+// the standard deviation of its measured values; their intervals allow for the autocorrelation of the
+// residuals (study/calibration/series_estimate.hpp). Then all targets, fitted or held out, are run in each
+// formulation of the study, and their misfits are reported, in the unit of the channel and, at the flanks
+// of a loop, in that of the column `against`.
 //
-// A column of means (fx_mean) is the mean over the time since the previous row; it holds at the middle of that
-// time. Nothing is shifted, scaled or offset.
+// A column of means (fx_mean) is the mean over the time since the previous row; it holds at the middle of
+// that time. Nothing is shifted, scaled or offset.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,8 +30,8 @@ struct SeriesMisfit {
   double correlation_time = 0;  ///< s, τ times the mean distance of samples
   double independent = 0;       ///< samples over τ
   /// @name Flanks, if the target has a level
-  /// A flank ends where the value first reaches ±level after a change of sign. Model and measurement are compared
-  /// at the flanks of one sign that are nearest in time.
+  /// A flank ends where the value first reaches ±level after a change of sign. Model and measurement are
+  /// compared at the flanks of one sign that are nearest in time.
   ///@{
   std::size_t flanks = 0;    ///< compared
   std::size_t unpaired = 0;  ///< of either, without a partner
@@ -45,9 +45,9 @@ struct SeriesMisfit {
 struct ComparedSeries {
   std::size_t target = 0;
   std::string formulation;
-  bool fitted = false;         ///< whether this series in this formulation determined the unknowns
-  std::vector<double> t;       ///< s
-  std::vector<double> against; ///< empty without that column
+  bool fitted = false;          ///< whether this series in this formulation determined the unknowns
+  std::vector<double> t;        ///< s
+  std::vector<double> against;  ///< empty without that column
   std::vector<double> measured, model;
   SeriesMisfit misfit;
   std::string reason;  ///< why the run stopped; empty: it did not
@@ -79,9 +79,9 @@ bool fits_series(const Calibration& calibration);
 SeriesMisfit misfit_of(const std::vector<double>& t, const std::vector<double>& against,
                        const std::vector<double>& measured, const std::vector<double>& model, double level);
 
-/// Fits the unknowns of such a study; runs in parallel on `threads` threads (0: all cores). `on_run` gets the
-/// number of runs. Throws SceneError for a file or channel that cannot be read, std::runtime_error if no run
-/// succeeds, Interrupted after a stop request.
+/// Fits the unknowns of such a study; runs in parallel on `threads` threads (0: all cores). `on_run` gets
+/// the number of runs. Throws SceneError for a file or channel that cannot be read, std::runtime_error if
+/// no run succeeds, Interrupted after a stop request.
 SeriesFit fit_series(const Study& study, int threads, const StopToken& stop,
                      const std::function<void(int)>& on_run = {});
 

@@ -163,6 +163,7 @@ struct Target {
   std::string channel;                ///< column of trajectory.csv or forces.csv, or instrument
   std::vector<std::string> columns;   ///< of `data`: time (s) and value; empty: the first two
   std::string against;                ///< a further column of `data`, over which flanks are compared
+  std::string unit;                   ///< SI unit of `against`, for figures
   double level = 0;                   ///< |value| that ends a flank; 0: none are compared
   std::optional<double> from, until;  ///< s, the compared time
   bool hold_out = false;              ///< predicted, not fitted
@@ -195,11 +196,10 @@ struct Target {
       k.take({"against", "", "series: column of data over which flanks are compared, such as a displacement",
               "–"},
              x.against);
-      k.take(
-          {"level", "",
-           "series: a flank ends where the value reaches plus or minus this after a change of sign; with against",
-           "–"},
-          x.level, positive);
+      k.take({"unit", "", "series: SI unit of that column, for figures"}, x.unit);
+      k.take({"level", "",
+              "series: a flank ends where the value reaches plus or minus this after a change of sign", "–"},
+             x.level, positive);
       k.take({"hold_out", "", "series: true: predicted with the fitted unknowns, not fitted"}, x.hold_out);
     }
     if (k.when(x.is_quantity()))
