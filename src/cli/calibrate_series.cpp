@@ -31,7 +31,7 @@ void print_misfits(const Calibration& c, const SeriesFit& f, bool fitted) {
       fmt::print("  {:<18} {:<9} stopped: {}\n", c.targets[s.target].name, s.formulation, s.reason);
       continue;
     }
-    const bool flanks = c.targets[s.target].level > 0;
+    const bool flanks = !c.targets[s.target].levels.empty();
     fmt::print(
         "  {:<18} {:<9} {:>8.4g} {:>8.4g} {:>8.2g} {:>6.3g} {:>9} {:>6}\n", c.targets[s.target].name,
         s.formulation, m.rms, m.measured_rms, m.mean, m.independent,
@@ -65,8 +65,8 @@ int calibrate_series(const Study& study, const std::filesystem::path& folder, co
   for (const bool fitted : {true, false}) print_misfits(c, f, fitted);
   fmt::print(
       "rms, mean: of model less measured; of: rms of the measured value about its mean;\n"
-      "indep.: independent samples of the residual; flank: rms difference at the level\n"
-      "over `against`, SI; pairs: compared flanks, then those without a partner\n\n");
+      "indep.: independent samples of the residual; flank: rms difference at the levels\n"
+      "over `against`, SI; pairs: compared passages, then those without a partner\n\n");
   draw_results(folder, Undrawn::is_error, stop);
   fmt::print(f.holds() ? stdout : stderr, "\n{}", wrapped(conclusion(study, f) + "\n", 0));
   return f.holds() ? 0 : 1;

@@ -84,7 +84,7 @@ nlohmann::json to_json(const Study& study, const SeriesFit& f) {
            {"measured_rms", m.measured_rms},
            {"correlation_time", m.correlation_time},
            {"independent_samples", m.independent}};
-    if (c.targets[s.target].level > 0)
+    if (!c.targets[s.target].levels.empty())
       one["flanks"] = {
           {"compared", m.flanks}, {"unpaired", m.unpaired}, {"rms", m.flank_rms}, {"mean", m.flank_mean}};
   }

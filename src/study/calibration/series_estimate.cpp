@@ -15,7 +15,7 @@ using Index = Eigen::Index;
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-constexpr double difference = 2e-3;  // of ξ, to either side
+constexpr double difference = 4e-3;  // of ξ, to either side
 constexpr int most_iterations = 40;
 
 double squares_of(const SeriesResiduals& r) {

@@ -265,15 +265,15 @@ class SeriesModel {
   std::string reason_;
 };
 
-/// The end of a flank.
-struct FlankEnd {
+/// A passage of a level on a flank.
+struct Passage {
   int sign = 0;
   double t = 0, place = 0;  // s and `against`, linear between samples
 };
 
-std::vector<FlankEnd> flank_ends(const std::vector<double>& t, const std::vector<double>& against,
-                                 const std::vector<double>& x, double level) {
-  std::vector<FlankEnd> list;
+std::vector<Passage> passages(const std::vector<double>& t, const std::vector<double>& against,
+                              const std::vector<double>& x, double level) {
+  std::vector<Passage> list;
   int sign = 0;  // of the last level that was reached
   for (std::size_t i = 0; i < x.size(); ++i) {
     const int now = x[i] > 0 ? 1 : -1;
@@ -290,26 +290,29 @@ std::vector<FlankEnd> flank_ends(const std::vector<double>& t, const std::vector
 }
 
 void compare_flanks(const std::vector<double>& t, const std::vector<double>& against,
-                    const std::vector<double>& measured, const std::vector<double>& model, double level,
-                    SeriesMisfit& m) {
-  const auto theirs = flank_ends(t, against, measured, level), ours = flank_ends(t, against, model, level);
-  // Two are partners if each is the other's nearest of its sign.
-  const auto nearest = [](const std::vector<FlankEnd>& list, const FlankEnd& to) -> const FlankEnd* {
-    const FlankEnd* best = nullptr;
+                    const std::vector<double>& measured, const std::vector<double>& model,
+                    const std::vector<double>& levels, SeriesMisfit& m) {
+  // Two passages are partners if each is the other's nearest of its sign.
+  const auto nearest = [](const std::vector<Passage>& list, const Passage& to) -> const Passage* {
+    const Passage* best = nullptr;
     for (const auto& f : list)
       if (f.sign == to.sign && (!best || std::abs(f.t - to.t) < std::abs(best->t - to.t))) best = &f;
     return best;
   };
   double squares = 0, sum = 0;
-  for (const auto& f : theirs) {
-    const auto* partner = nearest(ours, f);
-    if (!partner || nearest(theirs, *partner) != &f) continue;
-    const double off = partner->place - f.place;
-    ++m.flanks;
-    squares += off * off;
-    sum += f.sign * off;
+  for (const double level : levels) {
+    const auto theirs = passages(t, against, measured, level), ours = passages(t, against, model, level);
+    const auto before = m.flanks;
+    for (const auto& f : theirs) {
+      const auto* partner = nearest(ours, f);
+      if (!partner || nearest(theirs, *partner) != &f) continue;
+      const double off = partner->place - f.place;
+      ++m.flanks;
+      squares += off * off;
+      sum += f.sign * off;
+    }
+    m.unpaired += theirs.size() + ours.size() - 2 * (m.flanks - before);
   }
-  m.unpaired = theirs.size() + ours.size() - 2 * m.flanks;
   const auto n = static_cast<double>(m.flanks);
   m.flank_rms = m.flanks > 0 ? std::sqrt(squares / n) : NAN;
   m.flank_mean = m.flanks > 0 ? sum / n : NAN;
@@ -322,7 +325,8 @@ bool fits_series(const Calibration& calibration) {
 }
 
 SeriesMisfit misfit_of(const std::vector<double>& t, const std::vector<double>& against,
-                       const std::vector<double>& measured, const std::vector<double>& model, double level) {
+                       const std::vector<double>& measured, const std::vector<double>& model,
+                       const std::vector<double>& levels) {
   SeriesMisfit m;
   m.samples = t.size();
   const auto n = static_cast<Index>(t.size());
@@ -337,7 +341,7 @@ SeriesMisfit misfit_of(const std::vector<double>& t, const std::vector<double>& 
   const double samples = correlation_samples(autocovariance(r));
   m.correlation_time = samples * (t.back() - t.front()) / static_cast<double>(n - 1);
   m.independent = static_cast<double>(n) / samples;
-  if (level > 0) compare_flanks(t, against, measured, model, level, m);
+  if (!levels.empty()) compare_flanks(t, against, measured, model, levels, m);
   return m;
 }
 
@@ -387,7 +391,8 @@ SeriesFit fit_series(const Study& study, int threads, const StopToken& stop,
                        job.model,
                        {},
                        job.reason};
-    if (!one.model.empty()) one.misfit = misfit_of(one.t, one.against, one.measured, one.model, target.level);
+    if (!one.model.empty())
+      one.misfit = misfit_of(one.t, one.against, one.measured, one.model, target.levels);
     fit.series.push_back(std::move(one));
   }
   fit.runs = model.runs();

@@ -29,14 +29,14 @@ struct SeriesMisfit {
   double measured_rms = 0;      ///< of the measured values about their mean
   double correlation_time = 0;  ///< s, τ times the mean distance of samples
   double independent = 0;       ///< samples over τ
-  /// @name Flanks, if the target has a level
-  /// A flank ends where the value first reaches ±level after a change of sign. Model and measurement are
-  /// compared at the flanks of one sign that are nearest in time.
+  /// @name Flanks, if the target has levels
+  /// A flank passes a level where |value| first reaches it after a change of sign. Model and measurement
+  /// are compared where both pass a level with the same sign, nearest in time.
   ///@{
-  std::size_t flanks = 0;    ///< compared
+  std::size_t flanks = 0;    ///< compared passages
   std::size_t unpaired = 0;  ///< of either, without a partner
   double flank_rms = 0;      ///< of the difference of `against`, in its unit
-  /// Mean of the difference in the direction of the value: > 0 where the model reaches the level later.
+  /// Mean of the difference in the direction of the value: > 0 where the model reaches a level later.
   double flank_mean = 0;
   ///@}
 };
@@ -75,9 +75,10 @@ struct SeriesFit {
 /// Whether the targets are series. A study has no other targets then.
 bool fits_series(const Calibration& calibration);
 
-/// Statistics of a comparison of series of equal length. `level`: of the target; 0: no flanks.
+/// Statistics of a comparison of series of equal length. `levels`: of the target.
 SeriesMisfit misfit_of(const std::vector<double>& t, const std::vector<double>& against,
-                       const std::vector<double>& measured, const std::vector<double>& model, double level);
+                       const std::vector<double>& measured, const std::vector<double>& model,
+                       const std::vector<double>& levels);
 
 /// Fits the unknowns of such a study; runs in parallel on `threads` threads (0: all cores). `on_run` gets
 /// the number of runs. Throws SceneError for a file or channel that cannot be read, std::runtime_error if

@@ -164,7 +164,7 @@ struct Target {
   std::vector<std::string> columns;   ///< of `data`: time (s) and value; empty: the first two
   std::string against;                ///< a further column of `data`, over which flanks are compared
   std::string unit;                   ///< SI unit of `against`, for figures
-  double level = 0;                   ///< |value| that ends a flank; 0: none are compared
+  std::vector<double> levels;         ///< of |value| on the flanks, increasing; empty: none are compared
   std::optional<double> from, until;  ///< s, the compared time
   bool hold_out = false;              ///< predicted, not fitted
   ///@}
@@ -197,9 +197,11 @@ struct Target {
               "–"},
              x.against);
       k.take({"unit", "", "series: SI unit of that column, for figures"}, x.unit);
-      k.take({"level", "",
-              "series: a flank ends where the value reaches plus or minus this after a change of sign", "–"},
-             x.level, positive);
+      k.other(
+          {"levels", "",
+           "series: |value|, increasing, at which flanks after a change of sign are compared; with against",
+           "–"},
+          "numbers", x.levels, [](auto& s, auto key) { return s.numbers(key); });
       k.take({"hold_out", "", "series: true: predicted with the fitted unknowns, not fitted"}, x.hold_out);
     }
     if (k.when(x.is_quantity()))

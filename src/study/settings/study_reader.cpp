@@ -340,8 +340,11 @@ void StudyReader::finish_series(Target& x) {
   if (!s_.has("data")) s_.fail("data", "is required for a series: the measured file");
   if (s_.has("columns") && x.columns.size() != 2)
     s_.fail("columns", fmt::format("must name two columns, time and value, names {}", x.columns.size()));
-  if (s_.has("level") != s_.has("against"))
-    s_.fail("level", "and against go together; one of them is missing");
+  if (s_.has("levels") && !s_.has("against"))
+    s_.fail("levels", "needs against, the column over which flanks are compared");
+  for (std::size_t i = 0; i < x.levels.size(); ++i)
+    if (!(x.levels[i] > (i > 0 ? x.levels[i - 1] : 0)))
+      s_.fail("levels", fmt::format("must be greater than 0 and increase, has {}", x.levels[i]));
   if (x.from && x.until && !(*x.from < *x.until))
     s_.fail("until", fmt::format("must be greater than from = {}, is {}", *x.from, *x.until));
 }
