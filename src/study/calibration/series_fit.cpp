@@ -235,7 +235,11 @@ class SeriesModel {
   std::shared_ptr<const Scene> scene_at(const Target& target, const Vector& xi) const {
     auto overrides = target.overrides;
     std::ranges::copy(overrides_at(c_, xi), std::back_inserter(overrides));
-    return open_scene(study_.scene, overrides, study_.reach == Reach::anywhere);
+    try {
+      return open_scene(study_.scene, overrides, study_.reach == Reach::anywhere);
+    } catch (const SceneError& e) {
+      throw in_study(study_, e);
+    }
   }
   SimulationOptions options() const { return {.matched = study_.matched, .stop = stop_, .checked = true}; }
   void run(Job& job) const try {

@@ -233,5 +233,7 @@ TEST_CASE("wrong keys of a series are refused with their position", "[calibrate]
              Contains("channel") && Contains("did you mean actuator.fx"));
   CHECK_THAT(refused(series("fitted", "set = [\"run.duration=0.5\"]\n")),
              Contains("until") && Contains("the run ends at 0.5 s"));
+  CHECK_THAT(refused(series("fitted", "set = [\"bodies.drum.mas=1\"]\n")),
+             Contains("study.toml:") && Contains("bodies.drum.mas"));
   CHECK_THAT(refused(series("fitted", "from = 0.99\n")), Contains("3 samples in the compared time"));
 }
