@@ -92,42 +92,29 @@ Column column_of(const std::string& name, const std::string& file) {
   return c;
 }
 
-/// Quantity of the samples of an instrument.
-ColumnQuantity quantity_of(Instrument::Kind kind) {
-  switch (kind) {
+/// Quantity and unit of the samples of an instrument; empty for an unknown one.
+struct SampleFacts {
+  ColumnQuantity quantity;
+  const char* unit = "";
+};
+SampleFacts samples_of(const Scene& scene, std::string_view name) {
+  const auto it = std::ranges::find(scene.instruments, name, &Instrument::name);
+  if (it == scene.instruments.end()) return {};
+  switch (it->kind) {
     case Instrument::Kind::accelerometer:
-      return {"acceleration", {"a", "$a$"}};
+      return {{"acceleration", {"a", "$a$"}}, "m/s²"};
     case Instrument::Kind::lvdt:
-      return {"displacement", ""};
+      return {{"displacement", ""}, "m"};
     case Instrument::Kind::encoder:
-      return {"angle", {"θ", "$\\theta$"}};
+      return {{"angle", {"θ", "$\\theta$"}}, "rad"};
     case Instrument::Kind::load_cell:
-      return {"force", {"F", "$F$"}};
+      return {{"force", {"F", "$F$"}}, "N"};
     case Instrument::Kind::torque:
-      return {"torque", {"M", "$M$"}};
+      return {{"torque", {"M", "$M$"}}, "N m"};
     case Instrument::Kind::strain_gauge:
-      return {"strain", {"ε", "$\\varepsilon$"}};
+      return {{"strain", {"ε", "$\\varepsilon$"}}, ""};
   }
   return {};
-}
-
-/// Unit of the samples of an instrument.
-const char* unit_of(Instrument::Kind kind) {
-  switch (kind) {
-    case Instrument::Kind::accelerometer:
-      return "m/s²";
-    case Instrument::Kind::lvdt:
-      return "m";
-    case Instrument::Kind::encoder:
-      return "rad";
-    case Instrument::Kind::load_cell:
-      return "N";
-    case Instrument::Kind::torque:
-      return "N m";
-    case Instrument::Kind::strain_gauge:
-      return "";
-  }
-  return "";
 }
 
 constexpr const char* angle_name = "crank_angle";
@@ -283,8 +270,7 @@ ColumnFormula formula_of(const std::string& text, const std::vector<Column>& all
 }
 
 std::string_view unit_of_instrument(const Scene& scene, std::string_view name) {
-  const auto it = std::ranges::find(scene.instruments, name, &Instrument::name);
-  return it == scene.instruments.end() ? "" : unit_of(it->kind);
+  return samples_of(scene, name).unit;
 }
 
 /// The value of `of`, or the difference of `target` and it.
@@ -373,12 +359,8 @@ RunColumns::RunColumns(const std::filesystem::path& folder) : folder_(folder), s
   std::vector<std::string> seen;
   for (long i = 0; i < 100'000 && rows.next(); ++i) place_in(seen, rows.name(channel));
   for (const auto& name : seen) {
-    Column c{name, signal_file, name, ""};
-    if (scene_)
-      if (const auto it = std::ranges::find(scene_->instruments, name, &Instrument::name);
-          it != scene_->instruments.end())
-        c.unit = unit_of(it->kind), c.quantity = quantity_of(it->kind);
-    all_.push_back(std::move(c));
+    const auto facts = scene_ ? samples_of(*scene_, name) : SampleFacts{};
+    all_.push_back({name, signal_file, name, facts.unit, facts.quantity});
   }
 }
 

@@ -89,20 +89,9 @@ class Builder {
   void angle_stop(const AngleStopPair& stop, const ContactFacts& facts) { pair(stop, facts); }
   ///@}
 
-  /// Coulomb friction with a fixed bound, along an axis of the first body or along the surface of a
-  /// pin.
-  void sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
-               const std::optional<double>& regularisation);
-  void spinning(const Link& link, double radius, const std::string& name, double bound,
-                const std::optional<double>& regularisation);
-  /// The same with a bound that depends on the joint's reaction, or on the speed or direction.
-  void sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
-               const std::optional<double>& regularisation);
-  void spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
-                const std::optional<double>& regularisation);
-  /// The same of a pair of gears: the first wheel turns against the line of centres.
-  void turning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
-               const std::optional<double>& regularisation);
+  /// Adds Coulomb friction: along an axis of the first body (SlidingRow), along the surface of a pin
+  /// (SpinRow), or of a gear that turns against the line of centres (TurnRow).
+  void friction(const FrictionRow& row, FrictionFacts facts);
   /// m, radius at which the relative rotation of two bodies is as inert as their relative translation.
   double gyration(const Link& link) const;
   /// The bound of friction from the constraint rows of an ideal joint.

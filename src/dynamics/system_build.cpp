@@ -247,37 +247,10 @@ void Builder::profiled(const Link& link, const OutOfRound& surfaces, ContactFact
   }
 }
 
-void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, double bound,
-                      const std::optional<double>& regularisation) {
-  s_.slidings_.push_back(SlidingRow{link, axis});
-  s_.friction_facts_.push_back({name, bound, regularisation});
-}
-
-void Builder::sliding(const Link& link, const Vec2& axis, const std::string& name, const ReactionBound& bound,
-                      const std::optional<double>& regularisation) {
-  s_.reactive_.push_back(s_.frictions());
-  sliding(link, axis, name, 0.0, regularisation);
-  s_.friction_facts_.back().reaction = bound;
-}
-
-void Builder::spinning(const Link& link, double radius, const std::string& name, double bound,
-                       const std::optional<double>& regularisation) {
-  s_.slidings_.push_back(SpinRow{link, radius});
-  s_.friction_facts_.push_back({name, bound, regularisation});
-}
-
-void Builder::spinning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
-                       const std::optional<double>& regularisation) {
-  s_.reactive_.push_back(s_.frictions());
-  spinning(link, radius, name, 0.0, regularisation);
-  s_.friction_facts_.back().reaction = bound;
-}
-
-void Builder::turning(const Link& link, double radius, const std::string& name, const ReactionBound& bound,
-                      const std::optional<double>& regularisation) {
-  s_.reactive_.push_back(s_.frictions());
-  s_.slidings_.push_back(TurnRow{link, radius});
-  s_.friction_facts_.push_back({name, 0, regularisation, bound});
+void Builder::friction(const FrictionRow& row, FrictionFacts facts) {
+  if (facts.reaction) s_.reactive_.push_back(s_.frictions());
+  s_.slidings_.push_back(row);
+  s_.friction_facts_.push_back(std::move(facts));
 }
 
 ReactionBound Builder::mesh_bound(double along, double against) const {

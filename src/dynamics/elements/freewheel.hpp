@@ -16,7 +16,7 @@ struct Dynamics<Freewheel> : Freewheel {
     bound.ways[direction == Free::forward ? 1 : 0] = 0;
     auto speed = regularisation;
     if (speed) *speed *= arm;
-    b.spinning(on, arm, name, bound, speed);
+    b.friction(SpinRow{on, arm}, {name, 0, speed, bound});
   }
 };
 

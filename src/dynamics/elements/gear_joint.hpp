@@ -45,8 +45,8 @@ struct Dynamics<GearJoint> : GearJoint {
       // The mesh turns wheel 1 by σ r λ. It drives where this opposes its rotation, like friction.
       const bool drives = flank == Flank::forward;
       const double base = std::cos(pressure_angle) * r0;
-      b.turning(link, base, name, b.mesh_bound(drives ? c[0] : c[1], drives ? c[1] : c[0]),
-                speed_at(loss.regularisation, base));
+      b.friction(TurnRow{link, base}, {name, 0, speed_at(loss.regularisation, base),
+                                       b.mesh_bound(drives ? c[0] : c[1], drives ? c[1] : c[0])});
     };
     build_teeth<InvoluteMesh>(b, *this, std::sin(pressure_angle) * r0 * r1 / (r0 + kind * r1), rub);
   }

@@ -1,6 +1,8 @@
 // Dynamics of mechanism/elements/joint_friction.hpp, which states the equations.
 #pragma once
 
+#include <utility>
+
 #include "dynamics/elements/dynamics.hpp"
 #include "mechanism/elements/joint_friction.hpp"
 
@@ -26,9 +28,9 @@ struct Dynamics<JointFriction> : JointFriction {
     bound.exponent = reaction->stribeck_exponent.value_or(bound.exponent);
     if (guide && reaction->slider_length) bound.couple = 2 / *reaction->slider_length;
     if (guide)
-      b.sliding(link(b), guide->axis, name, bound, regularisation);
+      b.friction(SlidingRow{link(b), guide->axis}, {name, 0, regularisation, bound});
     else
-      b.spinning(link(b), reaction->pin_radius, name, bound, regularisation);
+      b.friction(SpinRow{link(b), reaction->pin_radius}, {name, 0, regularisation, bound});
   }
 
  private:
@@ -39,18 +41,18 @@ struct Dynamics<JointFriction> : JointFriction {
     auto speed = regularisation;
     if (speed) *speed *= arm;
     const double sliding = guide ? *force : *torque / arm;
-    const auto add = [&](const auto& bound) {
-      if (guide)
-        b.sliding(on, guide->axis, name, bound, speed);
-      else
-        b.spinning(on, arm, name, bound, speed);
-    };
-    if (!peak) return add(sliding);
-    auto bound = ReactionBound::fixed(sliding);
-    bound.more = peak->bound / arm - sliding;
-    bound.stribeck = peak->stribeck_speed * arm;
-    bound.exponent = peak->stribeck_exponent.value_or(bound.exponent);
-    add(bound);
+    FrictionFacts facts{name, sliding, speed};
+    if (peak) {
+      auto bound = ReactionBound::fixed(sliding);
+      bound.more = peak->bound / arm - sliding;
+      bound.stribeck = peak->stribeck_speed * arm;
+      bound.exponent = peak->stribeck_exponent.value_or(bound.exponent);
+      facts = {name, 0, speed, bound};
+    }
+    if (guide)
+      b.friction(SlidingRow{on, guide->axis}, std::move(facts));
+    else
+      b.friction(SpinRow{on, arm}, std::move(facts));
   }
 };
 

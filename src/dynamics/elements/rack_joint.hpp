@@ -16,8 +16,8 @@ struct Dynamics<RackJoint> : RackJoint {
       // As for gears, but u is the rotation of the second body against the first, the gear.
       const bool drives = flank == Flank::backward;
       const double base = std::cos(pressure_angle) * pitch_radius;
-      b.spinning(link, base, name, b.mesh_bound(drives ? c[0] : c[1], drives ? c[1] : c[0]),
-                 speed_at(loss.regularisation, base));
+      b.friction(SpinRow{link, base}, {name, 0, speed_at(loss.regularisation, base),
+                                       b.mesh_bound(drives ? c[0] : c[1], drives ? c[1] : c[0])});
     };
     build_teeth<RackMesh>(b, *this, std::sin(pressure_angle) * pitch_radius, rub);
   }
