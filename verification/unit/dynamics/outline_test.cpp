@@ -3,25 +3,13 @@
 // outlines.
 #include "dynamics/system.hpp"
 #include "io/scene/read_scene.hpp"
-#include "verification/support/rig.hpp"
+#include "verification/support/contact_rows.hpp"
 
 using namespace freeplay;
 
 namespace {
 
 constexpr double s = 1e-5;
-
-struct Random {
-  std::mt19937 engine{20261130};
-  double operator()(double low, double high) {
-    return std::uniform_real_distribution<double>{low, high}(engine);
-  }
-  std::vector<double> vector(int n, double size = 1) {
-    std::vector<double> x(static_cast<std::size_t>(n));
-    for (auto& y : x) y = (*this)(-size, size);
-    return x;
-  }
-};
 
 struct Outline {
   std::vector<Vec2> points;
@@ -38,7 +26,7 @@ struct Outline {
 };
 
 /// Two to seven points of an ellipse, with sharp or rounded corners.
-Outline some_outline(Random& random, int which) {
+Outline some_outline(test::Uniform& random, int which) {
   Outline o;
   const double first = random(0, 1), a = random(0.8, 1.6), b = random(0.8, 1.6);
   const int count = which % 3 == 0 ? 2 : 3 + which % 5;
@@ -61,17 +49,12 @@ Scene pair_of(const Outline& o, const std::string& bodies = "\"plate\", \"disc\"
 }
 
 /// Positions of both bodies at which the disc's centre is at x of the outline.
-std::vector<double> pose(Random& random, const Outline& o, const Vec2& x) {
+std::vector<double> pose(test::Uniform& random, const Outline& o, const Vec2& x) {
   auto q = random.vector(6, 3);
   const Vec2 at = Placement{q.data()}.point(0, o.origin + x);
   q[3] = q[4] = 0;
   const Vec2 arm = Placement{q.data()}.point(1, o.centre);
   q[3] = at.x() - arm.x(), q[4] = at.y() - arm.y();
-  return q;
-}
-
-std::vector<double> along(std::vector<double> q, const std::vector<double>& v, double t) {
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] += t * v[i];
   return q;
 }
 
@@ -127,7 +110,7 @@ bool inside(const std::vector<Vec2>& p, const Vec2& x) {
 }  // namespace
 
 TEST_CASE("the gap of an outline is the distance to samples of its boundary", "[outline]") {
-  Random random;
+  test::Uniform random;
   int outside = 0, within = 0;
   for (int which = 0; which < 30; ++which) {
     const auto o = some_outline(random, which);
@@ -157,53 +140,33 @@ TEST_CASE("the gap of an outline is the distance to samples of its boundary", "[
 }
 
 TEST_CASE("contact rows of outlines agree with finite differences", "[outline]") {
-  Random random;
+  test::Uniform random;
   int compared = 0, jumps = 0;
   for (int which = 0; which < 24; ++which)
     for (const char* bodies : {"\"plate\", \"disc\"", "\"ground\", \"disc\"", "\"plate\", \"ground\""}) {
       const auto o = some_outline(random, which);
       const System system(pair_of(o, bodies).mechanism);
-      auto e = system.make_evaluation(), lo = e, hi = e;
-      ContactRow row, row_lo, row_hi;
       for (int trial = 0; trial < 20; ++trial) {
         const auto q = pose(random, o, {random(-2, 2), random(-2, 2)});
         const auto v = random.vector(6);
-        const auto qa = along(q, v, -s), qb = along(q, v, s);
-        system.place(0, q.data(), e);
-        system.place(0, qa.data(), lo);
-        system.place(0, qb.data(), hi);
-        system.contact(0, q.data(), v.data(), e, row);
+        CAPTURE(which, bodies, trial, o.keys());
+        const test::RowDifferences found(system, 0, q, v, s);
+        const auto& row = found.row;
         if (row.gap < -0.5 * o.radius) continue;  // radii of curvature above 0.15
-        system.contact(0, qa.data(), v.data(), lo, row_lo);
-        system.contact(0, qb.data(), v.data(), hi, row_hi);
-        CAPTURE(which, bodies, trial, o.keys(), row.gap);
-        CHECK(row.gap == system.gap(0, q.data(), e));
         // Across the ends of edges ġ is continuous; its slope jumps by (t·w)²/D < 6²/0.15.
-        const double rate = row.normal.dot(v.data());
-        const double slope = (row_hi.gap - row_lo.gap) / (2 * s);
-        if (std::abs(row_hi.gamma_n - row_lo.gamma_n) > 0.05) {
-          CHECK(rate == Approx(slope).margin(0.5 * s * 240 + 1e-6));
+        if (found.gamma_jump() > 0.05) {
+          CHECK(found.rate() == Approx(found.gap_slope()).margin(0.5 * s * 240 + 1e-6));
           ++jumps;
           continue;
         }
         // s²/6 times third derivatives, which are below |w|³/D² = 6³/0.15²
-        CHECK(rate == Approx(slope).margin(1e-6));
-        const auto change = [&](const SparseRow& a, const SparseRow& b) {
-          return (b.dot(v.data()) - a.dot(v.data())) / (2 * s);
-        };
-        CHECK(row.gamma_n == Approx(-change(row_lo.normal, row_hi.normal)).margin(1e-4));
-        CHECK(row.gamma_t == Approx(-change(row_lo.tangent, row_hi.tangent)).margin(1e-4));
+        CHECK(found.rate() == Approx(found.gap_slope()).margin(1e-6));
+        CHECK(row.gamma_n == Approx(found.gamma_n()).margin(1e-4));
+        CHECK(row.gamma_t == Approx(found.gamma_t()).margin(1e-4));
         ++compared;
-        if (std::string_view(bodies).find("ground") != std::string_view::npos) continue;
-        // Rotating both bodies about one point moves neither surface along the other, nor away.
-        std::vector<double> common(6);
-        for (int b : {0, 1}) {
-          common[3 * b] = 0.3 - 0.7 * q[3 * b + 1];
-          common[3 * b + 1] = -0.2 + 0.7 * q[3 * b];
-          common[3 * b + 2] = 0.7;
-        }
-        CHECK(row.normal.dot(common.data()) == Approx(0).margin(1e-12));
-        CHECK(row.tangent.dot(common.data()) == Approx(0).margin(1e-12));
+        // Neither surface moves along the other.
+        if (std::string_view(bodies).find("ground") == std::string_view::npos)
+          found.check_common_rotation(q, 0);
       }
     }
   CHECK(compared > 500);
@@ -211,47 +174,21 @@ TEST_CASE("contact rows of outlines agree with finite differences", "[outline]")
 }
 
 TEST_CASE("bounds of an outline's gap hold against samples of spinning motions", "[outline]") {
-  Random random;
+  test::Uniform random;
   int risen = 0, fallen = 0, tight = 0;
   constexpr int cases = 1500;
   for (int which = 0; which < cases; ++which) {
     const auto o = some_outline(random, which);
     const System system(pair_of(o).mechanism);
-    auto e = system.make_evaluation();
-    const auto q0 = pose(random, o, {random(-3, 3), random(-3, 3)});
+    const auto q = pose(random, o, {random(-3, 3), random(-3, 3)});
     const auto v = random.vector(6);
     const double h = std::pow(10, random(-2.5, 0));
-    ContactRow row;
-    const auto at = [&](double t) {
-      const auto q = along(q0, v, t);
-      system.place(0, q.data(), e);
-      system.contact(0, q.data(), v.data(), e, row);
-      return Watched{row.gap, row.normal.dot(v.data())};
-    };
-    MotionBounds bounds;
-    bounds.duration = h;
-    bounds.acceleration.assign(6, 0);
-    for (const double x : v) bounds.speed.push_back(std::abs(x));
-    const auto start = at(0), end = at(h);
-    const auto q1 = along(q0, v, h);
-    system.place(0, q1.data(), e);
-    const auto motion = system.gap_motion(0, bounds, q1.data(), e);
-    double least = INFINITY, slowest = INFINITY, fastest = -INFINITY;
-    for (int k = 0; k <= 200; ++k) {
-      const auto sample = at(h * k / 200);
-      least = std::min(least, sample.value);
-      slowest = std::min(slowest, sample.rate);
-      fastest = std::max(fastest, sample.rate);
-    }
     CAPTURE(which, h, o.keys());
-    const double bound = motion.least(start, end, h);
-    CHECK(bound <= least + 1e-12);  // rounding
-    const bool rises = motion.rises(start, end, h), falls = motion.falls(start, end, h);
-    if (rises) CHECK(slowest > 0);
-    if (falls) CHECK(fastest < 0);
-    risen += rises;
-    fallen += falls;
-    tight += least - bound < 0.05;
+    const auto found = test::gap_bounds(system, 0, q, v, h, 200);
+    CHECK(found.bound <= found.least + 1e-12);  // rounding
+    risen += found.rises;
+    fallen += found.falls;
+    tight += found.least - found.bound < 0.05;
   }
   // The bounds decide short intervals.
   CHECK(risen > cases / 20);

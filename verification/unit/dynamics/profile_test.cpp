@@ -5,7 +5,7 @@
 
 #include "dynamics/system.hpp"
 #include "io/scene/read_scene.hpp"
-#include "verification/support/rig.hpp"
+#include "verification/support/contact_rows.hpp"
 #include "verification/unit/variation/varied_scenes.hpp"
 
 using namespace freeplay;
@@ -14,18 +14,6 @@ using Catch::Matchers::Contains;
 namespace {
 
 constexpr double R = 0.02, c = 1e-4;  // m, bearing radius and clearance
-
-struct Random {
-  std::mt19937 engine{20261130};
-  double operator()(double low, double high) {
-    return std::uniform_real_distribution<double>{low, high}(engine);
-  }
-  std::vector<double> vector(int n, double size = 1) {
-    std::vector<double> x(static_cast<std::size_t>(n));
-    for (auto& y : x) y = (*this)(-size, size);
-    return x;
-  }
-};
 
 /// Rows n, cosine, sine.
 using Series = std::vector<std::array<double, 3>>;
@@ -48,7 +36,7 @@ double slope(const Series& series, double phi) {
 }
 
 /// Three harmonics of orders 0 to 8, whose curvature is up to about `strong` times the clearance.
-Series some_series(Random& random, double strong) {
+Series some_series(test::Uniform& random, double strong) {
   Series list;
   for (int k = 0; k < 3; ++k) {
     const double n = std::floor(random(0, 9)), angle = random(0, 2 * M_PI);
@@ -82,17 +70,12 @@ Scene pair_of(const std::string& bearing, const std::string& journal,
 }
 
 /// Positions of both bodies with the journal's centre at d from the bearing's, in axes of the ring.
-std::vector<double> pose(Random& random, const Vec2& d, Vec2 at = {0.01, -0.02}) {
+std::vector<double> pose(test::Uniform& random, const Vec2& d, Vec2 at = {0.01, -0.02}) {
   auto q = random.vector(6, 3);
   const Vec2 centre = Placement{q.data()}.point(0, at + d);
   q[3] = q[4] = 0;
   const Vec2 arm = Placement{q.data()}.point(1, {0.03, 0.015});
   q[3] = centre.x() - arm.x(), q[4] = centre.y() - arm.y();
-  return q;
-}
-
-std::vector<double> along(std::vector<double> q, const std::vector<double>& v, double t) {
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] += t * v[i];
   return q;
 }
 
@@ -104,7 +87,7 @@ struct Surfaces {
   std::optional<System> system;
   std::optional<OutOfRound> surfaces;
 
-  Surfaces(Random& random, int which, const std::string& bodies = "\"ring\", \"shaft\"") {
+  Surfaces(test::Uniform& random, int which, const std::string& bodies = "\"ring\", \"shaft\"") {
     if (which % 3 != 2) bearing = some_series(random, which % 3 == 0 ? 0.4 : 2.5);
     if (which % 3 != 1) journal = some_series(random, which % 3 == 0 ? 0.4 : 2.5);
     try {
@@ -122,7 +105,7 @@ struct Surfaces {
 }  // namespace
 
 TEST_CASE("gaps of profiles are those of a dense search over all directions", "[profiles]") {
-  Random random;
+  test::Uniform random;
   constexpr int directions = 1000;
   int single = 0, several = 0, open = 0, closed = 0;
   for (int which = 0; which < 750; ++which) {
@@ -171,7 +154,7 @@ TEST_CASE("gaps of profiles are those of a dense search over all directions", "[
 
 TEST_CASE("the gap is the distance of both outlines", "[profiles]") {
   // Points H n + H′ t of the journal, and for each its least distance to the tangents of the bearing near it.
-  Random random;
+  test::Uniform random;
   int compared = 0;
   for (int which = 0; which < 60; which += 3) {
     const Surfaces s(random, which);
@@ -198,15 +181,13 @@ TEST_CASE("the gap is the distance of both outlines", "[profiles]") {
 }
 
 TEST_CASE("contact rows of profiles agree with finite differences", "[profiles]") {
-  Random random;
+  test::Uniform random;
   int compared = 0;
   for (int which = 0; which < 90; ++which)
     for (const char* bodies : {"\"ring\", \"shaft\"", "\"ground\", \"shaft\"", "\"ring\", \"ground\""}) {
       const Surfaces s(random, which, bodies);
       if (!s.system) continue;
       const auto& system = *s.system;
-      auto e = system.make_evaluation(), lo = e, hi = e;
-      ContactRow row, row_lo, row_hi;
       for (int trial = 0; trial < 6; ++trial) {
         // Angles of the ground are 0, and its point is the joint's.
         auto q = pose(random, polar(c * random(0.7, 1.05), random(0, 2 * M_PI)));
@@ -229,41 +210,22 @@ TEST_CASE("contact rows of profiles agree with finite differences", "[profiles]"
           v[3 * body] = slow.x(), v[3 * body + 1] = slow.y();
         }
         for (int k = 0; k < system.contacts(); ++k) {
-          constexpr double h = 1e-4;
-          const auto qa = along(q, v, -h), qb = along(q, v, h);
-          system.place(0, q.data(), e);
-          system.place(0, qa.data(), lo);
-          system.place(0, qb.data(), hi);
-          system.contact(k, q.data(), v.data(), e, row);
-          system.contact(k, qa.data(), v.data(), lo, row_lo);
-          system.contact(k, qb.data(), v.data(), hi, row_hi);
-          CAPTURE(which, bodies, trial, k, row.gap / c);
-          CHECK(row.gap == system.gap(k, q.data(), e));
+          CAPTURE(which, bodies, trial, k);
+          const test::RowDifferences found(system, k, q, v, 1e-4);
+          const auto& row = found.row;
           // Within the reach the place moves continuously; at the ends of an arc γ jumps. Fast motions are
           // left out.
           if (row.gap > 0.4 * s.surfaces->arcs[static_cast<std::size_t>(k)].least) continue;
-          if (std::abs(row.gamma_n) > 30 * c || std::abs(row_hi.gamma_n - row_lo.gamma_n) > 0.2 * c) continue;
-          const double rate = row.normal.dot(v.data());
+          if (std::abs(row.gamma_n) > 30 * c || found.gamma_jump() > 0.2 * c) continue;
           // h²/6 of the third derivatives, some hundred clearances; rounding 1e-15/h.
-          CHECK(rate == Approx((row_hi.gap - row_lo.gap) / (2 * h)).margin(1e-5 * c));
-          const auto change = [&](const SparseRow& a, const SparseRow& b) {
-            return (b.dot(v.data()) - a.dot(v.data())) / (2 * h);
-          };
-          CHECK(row.gamma_n == Approx(-change(row_lo.normal, row_hi.normal)).margin(1e-3 * c).epsilon(1e-3));
+          CHECK(found.rate() == Approx(found.gap_slope()).margin(1e-5 * c));
+          CHECK(row.gamma_n == Approx(found.gamma_n()).margin(1e-3 * c).epsilon(1e-3));
           // v_T is of the size of R.
-          CHECK(row.gamma_t ==
-                Approx(-change(row_lo.tangent, row_hi.tangent)).margin(1e-3 * c).epsilon(1e-3));
+          CHECK(row.gamma_t == Approx(found.gamma_t()).margin(1e-3 * c).epsilon(1e-3));
           ++compared;
-          if (std::string_view(bodies).find("ground") != std::string_view::npos) continue;
-          // Rotating both bodies about one point closes no gap; across a gap the surfaces slide by ω g.
-          std::vector<double> common(6);
-          for (int b : {0, 1}) {
-            common[3 * b] = 0.3 - 0.7 * q[3 * b + 1];
-            common[3 * b + 1] = -0.2 + 0.7 * q[3 * b];
-            common[3 * b + 2] = 0.7;
-          }
-          CHECK(row.normal.dot(common.data()) == Approx(0).margin(1e-12));
-          CHECK(row.tangent.dot(common.data()) == Approx(-0.7 * row.gap).margin(1e-12));
+          // Across a gap the surfaces slide by ω g.
+          if (std::string_view(bodies).find("ground") == std::string_view::npos)
+            found.check_common_rotation(q, -0.7 * row.gap);
         }
       }
     }
@@ -271,49 +233,24 @@ TEST_CASE("contact rows of profiles agree with finite differences", "[profiles]"
 }
 
 TEST_CASE("bounds of a profile's gap hold against samples of motions", "[profiles]") {
-  Random random;
+  test::Uniform random;
   int risen = 0, fallen = 0, checked = 0;
   for (int which = 0; which < 600; ++which) {
     const Surfaces s(random, which);
     if (!s.system) continue;
-    auto e = s.system->make_evaluation();
-    const auto q0 = pose(random, polar(c * random(0.3, 1.1), random(0, 2 * M_PI)));
+    const auto q = pose(random, polar(c * random(0.3, 1.1), random(0, 2 * M_PI)));
     auto v = random.vector(6, 0.1 * c);
     // Some bodies turn so fast that the bounds rarely decide.
     const double spin = which % 4 == 0 ? 1 : 0.01;
     v[2] = random(-spin, spin), v[5] = random(-spin, spin);
     const double h = std::pow(10, random(-3, 0));
     for (int k = 0; k < s.system->contacts(); ++k) {
-      ContactRow row;
-      const auto at = [&](double t) {
-        const auto q = along(q0, v, t);
-        s.system->place(0, q.data(), e);
-        s.system->contact(k, q.data(), v.data(), e, row);
-        return Watched{row.gap, row.normal.dot(v.data())};
-      };
-      MotionBounds bounds;
-      bounds.duration = h;
-      bounds.acceleration.assign(6, 0);
-      for (const double x : v) bounds.speed.push_back(std::abs(x));
-      const auto start = at(0), end = at(h);
-      const auto q1 = along(q0, v, h);
-      s.system->place(0, q1.data(), e);
-      const auto motion = s.system->gap_motion(k, bounds, q1.data(), e);
-      double least = INFINITY, slowest = INFINITY, fastest = -INFINITY;
-      for (int m = 0; m <= 100; ++m) {
-        const auto sample = at(h * m / 100);
-        least = std::min(least, sample.value);
-        slowest = std::min(slowest, sample.rate);
-        fastest = std::max(fastest, sample.rate);
-      }
       CAPTURE(which, k, h);
+      const auto found = test::gap_bounds(*s.system, k, q, v, h, 100);
       // Beyond the reach gaps are exact to 1e-6.
-      CHECK(motion.least(start, end, h) <= least + 3e-6 * c);
-      const bool rises = motion.rises(start, end, h), falls = motion.falls(start, end, h);
-      if (rises) CHECK(slowest > 0);
-      if (falls) CHECK(fastest < 0);
-      risen += rises;
-      fallen += falls;
+      CHECK(found.bound <= found.least + 3e-6 * c);
+      risen += found.rises;
+      fallen += found.falls;
       ++checked;
     }
   }
@@ -367,7 +304,7 @@ TEST_CASE("an elliptic bearing has the contacts of its closed form", "[profiles]
 }
 
 TEST_CASE("harmonics of orders 0 and 1 are another clearance and another centre", "[profiles]") {
-  Random random;
+  test::Uniform random;
   const System round(pair_of("", "", "\"ring\", \"shaft\"", 1.25 * c, {0.01, -0.02}, R + 0.25 * c).mechanism);
   const System wide(pair_of(harmonics({{0, 0.25 * c, 0}}), "").mechanism);
   const Vec2 off{0.3 * c, -0.2 * c};
@@ -405,7 +342,7 @@ TEST_CASE("a table through points of a profile replaces its harmonics", "[profil
   const System table(pair_of("points = [" + points + "]\n", "").mechanism),
       series(pair_of(harmonics({{2, a, 0}}), "").mechanism);
   REQUIRE(table.contacts() == series.contacts());
-  Random random;
+  test::Uniform random;
   auto e = table.make_evaluation();
   for (int trial = 0; trial < 200; ++trial) {
     const auto q = pose(random, polar(c * random(0.5, 1.2), random(0, 2 * M_PI)));
