@@ -268,7 +268,7 @@ int check(const CheckRequest& request) {
     line("", fmt::format("and events.csv, {:.0f} bytes per event; the number of events cannot be predicted",
                          output.event_bytes));
   if (!ideal->assumed.empty()) line("start", ideal->assumed);
-  for (const auto& [what, said] : assembly_report(scene.mechanism, start)) line(what.c_str(), said);
+  for (const auto& [what, said] : assembly_report(scene, start)) line(what.c_str(), said);
 
   beams(scene.mechanism);
   if (request.modes) reduction_errors(scene.mechanism, start);

@@ -1,11 +1,14 @@
 #include "cli/scene_report.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/closing.hpp"
 #include "dynamics/assembly/four_bar.hpp"
 #include "dynamics/assembly/meshing.hpp"
 #include "dynamics/assembly/mobility.hpp"
+#include "dynamics/assembly/stated.hpp"
 #include "dynamics/assembly/turn_survey.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
@@ -217,16 +220,96 @@ void teeth(const Mechanism& mechanism, const State& start, Lines& lines) {
   }
 }
 
+/// A name in the list of bodies, or "the ground".
+std::string body_named(const Mechanism& mechanism, int body) {
+  return body == ground ? "the ground" : mechanism.bodies[static_cast<std::size_t>(body)].name;
+}
+
+/// The efficiencies of teeth in both directions of the power.
+void mesh_losses(const Mechanism& mechanism, Lines& lines) {
+  const auto losses = [&](const auto& joint) {
+    if constexpr (requires { joint.loss.shares(); }) {
+      if (!joint.loss.any()) return;
+      const auto [driving, driven] = joint.loss.shares();
+      const auto first = body_named(mechanism, joint.between[0]),
+                 second = body_named(mechanism, joint.between[1]);
+      const double back = 1 - driven;
+      lines.emplace_back(
+          "efficiency of " + joint.name,
+          fmt::format("{:.4g} where {} drives; {:.4g} where {} drives{}", 1 / (1 + driving), first, back,
+                      second,
+                      back <= 0 ? fmt::format(": self-locking, {} cannot drive {}", second, first) : ""));
+    }
+  };
+  for (const auto& joint : mechanism.joints) std::visit(losses, joint);
+}
+
+/// Sampling, dead time, resolution and limit of controllers.
+void controllers(const Mechanism& mechanism, Lines& lines) {
+  const auto report = [&]<class D>(const D& d) {
+    if constexpr (std::is_base_of_v<ControlLaw, D>) {
+      const bool turns = std::is_same_v<D, AngleController>;
+      auto said = !d.sampling_time
+                      ? std::string("continuous")
+                      : fmt::format("sampled every {:.4g} ms, dead time {:.4g} ms, {}",
+                                    1e3 * *d.sampling_time, 1e3 * d.dead_time,
+                                    d.resolution ? fmt::format("resolution {:.4g} {}", *d.resolution,
+                                                               turns ? "rad" : "m")
+                                                 : "exact measurement");
+      if (d.limit) said += fmt::format(", at most {:.4g} {}", *d.limit, turns ? "N m" : "N");
+      lines.emplace_back(
+          "controller " + d.name,
+          said + ", measures " + name_of(mechanism.joints[static_cast<std::size_t>(d.fed_back())]));
+    }
+  };
+  for (const auto& drive : mechanism.drives) std::visit(report, drive);
+}
+
+/// Direction and capacity of freewheels.
+void freewheels(const Mechanism& mechanism, Lines& lines) {
+  for (const auto& load : mechanism.loads)
+    if (const auto* wheel = std::get_if<Freewheel>(&load)) {
+      const bool forward = wheel->direction == Freewheel::Free::forward;
+      lines.emplace_back(
+          "freewheel " + wheel->name,
+          fmt::format("{} turns freely against {} {}; {} it is held up to {:.4g} N m",
+                      body_named(mechanism, wheel->between[1]), body_named(mechanism, wheel->between[0]),
+                      forward ? "counter-clockwise" : "clockwise",
+                      forward ? "clockwise" : "counter-clockwise", wheel->torque_limit));
+    }
+}
+
+/// Each stated initial value that the start changed beyond rounding, with the amount. An equilibrium changes
+/// all of them.
+void corrections(const Scene& scene, const State& start, Lines& lines) {
+  if (scene.run.start == RunOptions::Start::equilibrium) return;
+  const auto& m = scene.mechanism;
+  const double length = length_scale(System(m));
+  auto changes = changed_positions(m, start.q, length);
+  const auto of_rates = changed_velocities(m, start.v, length, speed_scale(m, start.v, length));
+  changes.insert(changes.end(), of_rates.begin(), of_rates.end());
+  for (std::size_t i = 0; i < std::min(changes.size(), most_bodies); ++i)
+    lines.emplace_back(i == 0 ? "corrected initial values" : "",
+                       fmt::format("{} by {:.4g} {}", changes[i].key, changes[i].amount, changes[i].unit));
+  if (changes.size() > most_bodies)
+    lines.emplace_back("", fmt::format("and {} more values", changes.size() - most_bodies));
+}
+
 }  // namespace
 
-Lines assembly_report(const Mechanism& mechanism, const State& start) {
+Lines assembly_report(const Scene& scene, const State& start) {
+  const auto& mechanism = scene.mechanism;
   Lines lines;
+  corrections(scene, start, lines);
   mobility(mechanism, start, lines);
   loops(mechanism, start, lines);
   whole_turn(mechanism, start, lines);
   angles(mechanism, start, lines);
   plays(mechanism, lines);
   teeth(mechanism, start, lines);
+  mesh_losses(mechanism, lines);
+  controllers(mechanism, lines);
+  freewheels(mechanism, lines);
   pose(mechanism, start, lines);
   return lines;
 }

@@ -58,8 +58,8 @@ inline void ask(const Scene& scene, std::optional<IdealStart>* ideal = nullptr) 
 /// Rows of a table, name and text: mobility (3n − rank G, with and without drives) and undriven
 /// motions, four-bar loops with Grashof's condition and branch, the turn of the drive
 /// (dynamics/assembly/turn_survey.hpp), the angles that [assembly] names, the play of joints, the teeth of
-/// gears, and the pose.
-std::vector<std::pair<std::string, std::string>> assembly_report(const Mechanism& mechanism,
-                                                                 const State& start);
+/// gears, losses of teeth, controllers, freewheels, and the pose; first the initial values that the start
+/// corrected.
+std::vector<std::pair<std::string, std::string>> assembly_report(const Scene& scene, const State& start);
 
 }  // namespace freeplay::cli

@@ -160,6 +160,24 @@ class PoseShapes {
       }
     }
     row("disc", c.name, c.between[1], place_of(q_, c.between[1], c.at[1]), {c.radius, 0});
+    const Vec2 from = middle_of(c.between[0]) - c.at[0];
+    bool around = n > 2;
+    for (std::size_t k = 0; k < n; ++k) around = around && cross(c.along(k), from - c.corner(k)) > 0;
+    const auto away = [&](const Vec2& p) { return (p - from).norm(); };
+    if (!around) reach(c.name, c.between[0], c.at[0] + *std::ranges::min_element(c.points, {}, away));
+    reach(c.name, c.between[1], c.at[1]);
+  }
+  /// The place of a body from which its further parts are drawn: its only corner, else its centre of mass.
+  Vec2 middle_of(int body) const {
+    if (body == ground) return {0, 0};
+    const auto& list = corners_[static_cast<std::size_t>(body)];
+    return list.size() == 1 ? list[0] : Vec2{0, 0};
+  }
+  /// A line from a body to a part of it elsewhere, as from a lever to its block.
+  void reach(const std::string& name, int body, const Vec2& part) {
+    const auto from = middle_of(body);
+    if (body != ground && (part - from).norm() > 0)
+      row("line", name, body, place_of(q_, body, from), place_of(q_, body, part), body);
   }
   void line(const std::string& name, int body, const Vec2& middle, const Vec2& along, double half) {
     row("line", name, body, middle - half * along, middle + half * along, body);

@@ -13,7 +13,8 @@
 //     wall      a straight contact, (a, b) along it
 //     disc      a round contact or a gear's pitch circle, a its radius
 //     outline   a point of the outline of a cam or of an outline contact
-//     line      a rack's pitch line, a follower's face, or from a lever to its block, to (a, b)
+//     line      a rack's pitch line, a follower's face, or from a lever to its block and from a body to its
+//               outline or the disc on one, to (a, b)
 //     spring    a load between (x, y) and (a, b)
 //     beam      a point of a beam's line in the order of its length, (a, b) its place on the unloaded
 //               beam between the ends of the line (io/scene/beam_line.hpp)

@@ -291,6 +291,15 @@ ComparisonValues comparison_values(const Scene& scene, const Comparison& c) {
          .nonsmooth = b.impacts_per_revolution,
          .error = std::hypot(a.impacts_error, b.impacts_error),
          .few = few});
+    // A formulation whose onsets all begin sustained contact has no impact to compare.
+    const auto sustained = [](const ContactSummary& own, const ContactSummary& other) {
+      return own.impacts == 0 && own.lasting_fraction > 0 && other.impacts > 0;
+    };
+    if (sustained(a, b) || sustained(b, a)) {
+      v.one_sided.push_back(fmt::format("{} (sustained contact in {})", c.joints[k],
+                                        sustained(a, b) ? "penalty" : "nonsmooth"));
+      continue;
+    }
     v.approaches.push_back({c.joints[k], a.fastest_approach, b.fastest_approach});
     v.impulses.push_back({c.joints[k], a.greatest_impulse, b.greatest_impulse});
   }

@@ -238,6 +238,9 @@ std::string verdict(const ComparisonValues& v) {
   if (const auto statistics = statistics_in_words(v); !statistics.empty())
     text += (v.events.to_the_end || v.events.pairs == 0 ? "; " : "; beyond, ") + statistics;
   if (const auto extremes = extremes_in_words(v); !extremes.empty()) text += "; " + extremes;
+  if (!v.one_sided.empty())
+    text += fmt::format("; impacts that one run has and the other has not are not compared: {}",
+                        listed(v.one_sided));
   text += ". " + cost_in_words(v.penalty, v.nonsmooth, v.scene);
   if (v.revolutions_needed > 0 &&
       std::ranges::any_of(v.statistics, [](const auto& s) { return std::isnan(s.error); }))

@@ -72,6 +72,8 @@ struct ComparisonValues {
   std::vector<StatisticPair> statistics;
   /// Fastest approach and greatest impulse of each contact: single values without standard error.
   std::vector<StatisticPair> approaches, impulses;
+  /// Contacts with impacts in one run only, whose onsets in the other begin sustained contact.
+  std::vector<std::string> one_sided = {};
   /// Revolutions after which statistics have standard errors; 0: longer runs give none.
   double revolutions_needed = 0;
   CostAndError penalty, nonsmooth;

@@ -254,6 +254,27 @@ TEST_CASE("the verdict takes extreme values and differences of pairs from the ru
   CHECK(v.events.impulse == Approx(0.4398553).epsilon(1e-6));
 }
 
+TEST_CASE("impacts are not compared with sustained contact of the other run", "[compare]") {
+  auto c = planted(10);
+  c.joints = {"die", "pin"};
+  for (auto* run : {&c.penalty, &c.nonsmooth}) run->contacts.resize(2);
+  auto& die = c.nonsmooth.contacts[0];
+  die.impacts = 1, die.fastest_approach = 0.04, die.greatest_impulse = 2, die.lasting_fraction = 0.1;
+  c.penalty.contacts[0].lasting_fraction = 0.1;
+  for (auto* run : {&c.penalty, &c.nonsmooth})
+    run->contacts[1].impacts = 20, run->contacts[1].fastest_approach = 1;
+  const auto scene = read_scene(test::flores());
+  const auto v = comparison_values(scene, c);
+  REQUIRE(v.approaches.size() == 1);
+  CHECK(v.approaches[0].name == "pin");
+  CHECK(v.one_sided == std::vector<std::string>{"die (sustained contact in penalty)"});
+  CHECK_THAT(verdict(v), Contains("not compared: die (sustained contact in penalty)") && !Contains("200 %"));
+  // A run that does not touch at all differs.
+  c.penalty.contacts[0].lasting_fraction = 0;
+  CHECK(comparison_values(scene, c).approaches.size() == 2);
+  CHECK(comparison_values(scene, c).one_sided.empty());
+}
+
 TEST_CASE("a long name of a contact is printed once for consecutive pairs", "[compare]") {
   auto c = planted(10);
   c.joints = {"mesh.backward", "pin"};
