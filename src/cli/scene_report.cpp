@@ -279,20 +279,21 @@ void freewheels(const Mechanism& mechanism, Lines& lines) {
     }
 }
 
-/// Each stated initial value that the start changed beyond rounding, with the amount. An equilibrium changes
-/// all of them.
+/// The stated initial values that the start changed beyond rounding, with the amounts, where they are more than
+/// its note names. An equilibrium changes all of them.
 void corrections(const Scene& scene, const State& start, Lines& lines) {
   if (scene.run.start == RunOptions::Start::equilibrium) return;
   const auto& m = scene.mechanism;
   const double length = length_scale(System(m));
-  auto changes = changed_positions(m, start.q, length);
-  const auto of_rates = changed_velocities(m, start.v, length, speed_scale(m, start.v, length));
-  changes.insert(changes.end(), of_rates.begin(), of_rates.end());
-  for (std::size_t i = 0; i < std::min(changes.size(), most_bodies); ++i)
-    lines.emplace_back(i == 0 ? "corrected initial values" : "",
-                       fmt::format("{} by {:.4g} {}", changes[i].key, changes[i].amount, changes[i].unit));
-  if (changes.size() > most_bodies)
-    lines.emplace_back("", fmt::format("and {} more values", changes.size() - most_bodies));
+  for (const auto& changes : {changed_positions(m, start.q, length),
+                              changed_velocities(m, start.v, length, speed_scale(m, start.v, length))}) {
+    if (changes.size() <= listed_changes) continue;
+    for (std::size_t i = 0; i < std::min(changes.size(), most_bodies); ++i)
+      lines.emplace_back(i == 0 ? "corrected initial values" : "",
+                         fmt::format("{} by {:.4g} {}", changes[i].key, changes[i].amount, changes[i].unit));
+    if (changes.size() > most_bodies)
+      lines.emplace_back("", fmt::format("and {} more values", changes.size() - most_bodies));
+  }
 }
 
 }  // namespace

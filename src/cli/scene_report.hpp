@@ -59,7 +59,7 @@ inline void ask(const Scene& scene, std::optional<IdealStart>* ideal = nullptr) 
 /// motions, four-bar loops with Grashof's condition and branch, the turn of the drive
 /// (dynamics/assembly/turn_survey.hpp), the angles that [assembly] names, the play of joints, the teeth of
 /// gears, losses of teeth, controllers, freewheels, and the pose; first the initial values that the start
-/// corrected.
+/// corrected, if they are many.
 std::vector<std::pair<std::string, std::string>> assembly_report(const Scene& scene, const State& start);
 
 }  // namespace freeplay::cli

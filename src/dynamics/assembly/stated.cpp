@@ -112,12 +112,13 @@ double speed_scale(const Mechanism& m, const std::vector<double>& v, double leng
 }
 
 std::string listed(const std::vector<Change>& changes) {
-  constexpr std::size_t shown = 3;
   std::string text;
-  for (std::size_t i = 0; i < std::min(changes.size(), shown); ++i)
+  for (std::size_t i = 0; i < std::min(changes.size(), listed_changes); ++i)
     text += fmt::format("{}{} by {:.4g} {}", i > 0 ? ", " : "", changes[i].key, changes[i].amount,
                         changes[i].unit);
-  return changes.size() > shown ? fmt::format("{}, and {} more", text, changes.size() - shown) : text;
+  return changes.size() > listed_changes
+             ? fmt::format("{}, and {} more", text, changes.size() - listed_changes)
+             : text;
 }
 
 void report_changes(const Mechanism& m, const std::vector<Change>& changes, const OpenJoint& open,

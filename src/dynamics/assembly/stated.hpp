@@ -52,6 +52,8 @@ std::vector<Change> changed_velocities(const Mechanism& mechanism, const std::ve
 /// drives, and at least 1e-3 lengths (m) per second. Rates of angles are multiplied by the length.
 double speed_scale(const Mechanism& mechanism, const std::vector<double>& v, double length);
 
+/// Number of changes that listed() names.
+inline constexpr std::size_t listed_changes = 3;
 /// The greatest changes as text: "bodies.rod.angle by 0.21 rad, bodies.crank.angle by 0.1 rad".
 std::string listed(const std::vector<Change>& changes);
 /// Adds a note on changes above rounding to `note`; throws ModelError above `limit`. `open`: the

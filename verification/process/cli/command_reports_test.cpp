@@ -175,6 +175,14 @@ std::string said_of(const std::string& text) {
   return freeplay::test::freeplay("check " + file.string()).out;
 }
 
+/// The words of a text, with single spaces.
+std::string unwrapped(const std::string& text) {
+  std::istringstream words(text);
+  std::string line;
+  for (std::string word; words >> word;) line += word + " ";
+  return line;
+}
+
 }  // namespace
 
 TEST_CASE("check reports the drive's turn within 80 columns", "[whole-turn]") {
@@ -189,6 +197,45 @@ TEST_CASE("check reports the drive's turn within 80 columns", "[whole-turn]") {
   CHECK_THAT(said, Contains("transmission angle"));
   CHECK_THAT(said, Contains("least 54.31 deg at 270 deg"));  // acos(0.07/0.12)
   for (const auto& line : lines_of(said)) CHECK(width(line) <= 80);
+}
+
+TEST_CASE("check lists all corrected values where the note names three", "[check]") {
+  // A row of five bodies, each on a pin of its own whose place its stated position misses by 1 mm to 5 mm.
+  std::string text = "assembly.approximate = true\n";
+  for (int i = 1; i <= 5; ++i)
+    text +=
+        body(fmt::format("b{}", i), 1, 0.01, fmt::format("position = [{}, 0]\nangle = 0\n", i + 1e-3 * i)) +
+        pin(fmt::format("p{}", i), "ground", fmt::format("b{}", i), {1.0 * i, 0});
+  const auto said = unwrapped(said_of(text + run_for(1)));
+  CHECK_THAT(said, Contains("and 2 more"));
+  for (int i = 1; i <= 5; ++i)
+    CHECK_THAT(said, Contains(fmt::format("bodies.b{}.position by 0.00{} m", i, i)));
+}
+
+TEST_CASE("check reports losses of teeth, controllers and freewheels", "[check]") {
+  const auto said = [](const std::string& name, const std::string& more = "") {
+    return unwrapped(
+        test::succeeded("check " + (test::source_folder() / "cases" / name / "scene.toml").string() + more)
+            .out);
+  };
+  // tan γ/tan(γ + ρ) and tan(γ − ρ)/tan γ with γ = 5°, ρ = atan 0.12
+  CHECK_THAT(
+      said("worm-hoist"),
+      Contains("efficiency of mesh 0.4172 where worm drives; -0.3677 where wheel drives: self-locking, "
+               "wheel cannot drive worm"));
+  CHECK_THAT(said("worm-hoist", " --set joints.mesh.mesh_friction=0.05"),
+             Contains("where wheel drives") && !Contains("self-locking"));
+  CHECK_THAT(
+      said("sampled-servo"),
+      Contains("controller servo sampled every 5 ms, dead time 0 ms, exact measurement, measures rail"));
+  CHECK_THAT(said("sampled-servo",
+                  " --set drives.servo.dead_time=2e-3 --set drives.servo.resolution=1e-5 --set "
+                  "drives.servo.force_limit=3"),
+             Contains("dead time 2 ms, resolution 1e-05 m, at most 3 N, measures rail"));
+  CHECK_THAT(
+      said("freewheel-feed"),
+      Contains("freewheel clutch wheel turns freely against lever counter-clockwise; clockwise it is held up "
+               "to 2 N m"));
 }
 
 TEST_CASE("a mechanism that its drive locks stops with the reason", "[whole-turn]") {

@@ -18,7 +18,7 @@ std::vector<std::string> kinds() {
 
 TEST_CASE("every new scene is commented and runs in both formulations", "[new]") {
   const test::TemporaryFolder folder;
-  REQUIRE(kinds().size() >= 9);
+  REQUIRE(kinds().size() >= 10);
   for (const auto& kind : kinds()) {
     CAPTURE(kind);
     const auto file = folder.path() / (kind + ".toml");
@@ -48,6 +48,20 @@ TEST_CASE("the list of new scenes has each kind with its title, within 80 column
     CHECK(test::width(*line) <= 80);
   }
   test::refused("new", Contains("kind is required") && Contains("--list"));
+}
+
+TEST_CASE("the initial values of a new scene fit its joints", "[new]") {
+  for (const auto& kind : kinds()) {
+    CAPTURE(kind);
+    const auto said =
+        test::succeeded("check " + (test::source_folder() / "src/cli/templates" / (kind + ".toml")).string());
+    CHECK_THAT(said.out, !Contains("stated values changed"));
+  }
+  // With another crank the start corrects the angle of the rocker, and check prints by how much.
+  CHECK_THAT(test::succeeded("check " + (test::source_folder() / "src/cli/templates/four-bar.toml").string() +
+                             " --set bodies.crank.points.pin[0]=\"101 mm\"")
+                 .out,
+             Contains("stated values changed") && Contains("bodies.rocker.angle by"));
 }
 
 TEST_CASE("check prints the play of each joint with clearance", "[new]") {
