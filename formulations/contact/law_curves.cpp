@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
@@ -110,21 +111,6 @@ std::vector<Pair> impact(const ContactForce& law, const ImpactSetting& s, LawImp
   return points;
 }
 
-/// If the scene has no spring and damper: the spring that stores the impact energy at Hertz's
-/// depth, with the damper that delivers e for an unclamped force.
-void choose_spring_damper(Scene& scene, const ContactFacts& contact, const ImpactSetting& s) {
-  auto& o = scene.penalty;
-  if (o.kelvin_stiffness && o.kelvin_damping) return;
-  Scene hertz = scene;
-  hertz.penalty.contact = ContactLaw::hertz;
-  const double K = make_contact_force(hertz, contact).elastic.stiffness;
-  const double depth = std::pow(1.25 * s.mass * s.speed * s.speed / K, 0.4);
-  o.kelvin_stiffness = s.mass * s.speed * s.speed / (depth * depth);
-  const double log_e = std::log(std::max(1e-3, contact.surface.slow_restitution().value_or(1)));
-  const double zeta = -log_e / std::hypot(3.14159265358979, log_e);
-  o.kelvin_damping = 2 * zeta * std::sqrt(*o.kelvin_stiffness * s.mass);
-}
-
 LawCurve delivered(const ContactLawFacts& law) {
   LawCurve curve{law.text, {}};
   for (int i = 1; i <= 50; ++i)
@@ -144,30 +130,58 @@ LawCurve friction(const FrictionLawFacts& facts, PenaltyOptions options, double 
   return curve;
 }
 
+/// Whether all laws have the same curves in both contacts.
+bool alike(const ContactFacts& a, const ContactFacts& b) {
+  const auto facts = [](const ContactFacts& c) {
+    return std::tie(c.has_clearance, c.clearance, c.radius, c.radius_bearing, c.radius_journal, c.stiffness,
+                    c.bearing_length, c.surface.name);
+  };
+  return facts(a) == facts(b);
+}
+
+ContactImpacts impacts_in(const Scene& scene, const ContactFacts& contact, const ImpactSetting& setting) {
+  ContactImpacts found{.contacts = {contact.name},
+                       .restitution = contact.surface.slow_restitution().value_or(1)};
+  for (const auto& law : contact_laws()) {
+    if (law.kind == ContactKind::line && !contact.bearing_length) continue;
+    if (law.kind == ContactKind::spring_damper &&
+        !(scene.penalty.kelvin_stiffness && scene.penalty.kelvin_damping))
+      continue;
+    Scene one = scene;
+    one.penalty.contact = law.law;
+    const auto force = make_contact_force(one, contact);
+    LawImpact result{.law = law.text};
+    found.impacts.push_back({law.text, impact(force, setting, result)});
+    result.outside = result.depth > 0.5 * force.elastic.limit() ||
+                     (contact.has_clearance &&
+                      (contact.clearance < law.least_clearance || contact.clearance >= law.clearance_end));
+    found.results.push_back(result);
+  }
+  return found;
+}
+
 }  // namespace
 
 LawCurves law_curves(const Scene& scene, const ImpactSetting& setting) {
   const System system(scene.mechanism);
-  if (system.contacts() == 0) throw ModelError("", "has no joint with clearance and thus no contact law");
-  const auto& contact = system.contact_facts(0);
-
+  if (system.reported() == 0)
+    throw ModelError(
+        "", "has no contact and thus no contact law: no joint has clearance, and there are no [contacts]");
   LawCurves curves;
-  curves.contact = contact.name;
-  curves.restitution = contact.surface.slow_restitution().value_or(1);
-  for (const auto& law : contact_laws()) {
-    if (law.kind == ContactKind::line && !contact.bearing_length) continue;
-    Scene one = scene;
-    one.penalty.contact = law.law;
-    if (law.kind == ContactKind::spring_damper) choose_spring_damper(one, contact, setting);
-    const auto force = make_contact_force(one, contact);
-    LawImpact result{.law = law.text};
-    curves.impacts.push_back({law.text, impact(force, setting, result)});
-    result.outside = result.depth > 0.5 * force.elastic.limit() ||
-                     (contact.has_clearance &&
-                      (contact.clearance < law.least_clearance || contact.clearance >= law.clearance_end));
-    curves.results.push_back(result);
-    if (law.kind == ContactKind::point) curves.delivered.push_back(delivered(law));
+  std::vector<int> first;  // contact of each group
+  for (int k = 0; k < system.reported(); ++k) {
+    const auto& contact = system.contact_facts(k);
+    const auto same =
+        std::ranges::find_if(first, [&](int other) { return alike(system.contact_facts(other), contact); });
+    if (same != first.end()) {
+      curves.groups[static_cast<std::size_t>(same - first.begin())].contacts.push_back(contact.name);
+      continue;
+    }
+    first.push_back(k);
+    curves.groups.push_back(impacts_in(scene, contact, setting));
   }
+  for (const auto& law : contact_laws())
+    if (law.kind == ContactKind::point) curves.delivered.push_back(delivered(law));
   const auto& given = scene.penalty;
   for (const auto& law : friction_laws()) {
     const auto& speed = setting.regularisation;

@@ -63,20 +63,25 @@ struct LawImpact {
   bool outside = false;    ///< clearance or depth outside the range of the law
 };
 
+/// Impacts in contacts with the same facts.
+struct ContactImpacts {
+  std::vector<std::string> contacts = {};  ///< their names, in the order of the scene
+  double restitution = 1;                  ///< requested restitution
+  std::vector<LawCurve> impacts = {};      ///< (δ in m, F in N) from contact onset to separation
+  std::vector<LawImpact> results = {};     ///< of these impacts
+};
+
 struct LawCurves {
-  /// first contact of the scene, for which the curves are computed
-  std::string contact;
-  double restitution = 1;           ///< requested restitution
-  std::vector<LawCurve> impacts;    ///< (δ in m, F in N) from contact onset to separation
-  std::vector<LawImpact> results;   ///< of these impacts
-  std::vector<LawCurve> delivered;  ///< (requested e, delivered ê) of the point laws
+  std::vector<ContactImpacts> groups;  ///< of all contacts, those with the same facts once
+  std::vector<LawCurve> delivered;     ///< (requested e, delivered ê) of the point laws
   /// (v in m/s, c/μ) of sliding at constant speeds; without laws that stick if all have the same
   /// regularisation speed
   std::vector<LawCurve> friction;
 };
 
-/// Curves of all laws for the first contact of the scene. Line contacts are omitted if its joint
-/// has no bearing_length. Throws ModelError if the scene has no contact.
+/// Curves of all laws for the contacts of the scene. Line contacts are omitted if a joint has no
+/// bearing_length, Kelvin–Voigt's law if the scene states no stiffness or damping of it. Throws ModelError if
+/// the scene has no contact, or a surface without what a law needs.
 LawCurves law_curves(const Scene& scene, const ImpactSetting& setting);
 
 }  // namespace freeplay

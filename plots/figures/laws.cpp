@@ -2,10 +2,12 @@
 // friction over sliding speed. The key names each curve by dash and colour.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "io/files/input_file.hpp"
 #include "mechanism/laws.hpp"
@@ -23,14 +25,18 @@ struct Curves {
   std::vector<Block> blocks;
 };
 
-/// One block per law, in the order of the file; x and y scaled.
+/// One block per law, in the order of the file; x and y scaled. `contact`: of a file with such a column, the rows
+/// to read; empty: all.
 Curves read_curves(const std::filesystem::path& file, const std::string& x, const std::string& y, double sx,
-                   double sy) {
-  const ReadTable table(file, {"law"}, {x, y});
+                   double sy, const std::string& contact = "") {
+  std::vector<std::string> texts{"law"};
+  if (!contact.empty()) texts.emplace_back("contact");
+  const ReadTable table(file, texts, {x, y});
   const auto& law = table.text("law");
   const auto &a = table.column(x), &b = table.column(y);
   Curves c;
   for (std::size_t i = 0; i < law.size(); ++i) {
+    if (!contact.empty() && table.text("contact")[i] != contact) continue;
     if (c.names.empty() || c.names.back() != law[i]) {
       c.names.push_back(law[i]);
       c.blocks.emplace_back(fmt::format("{}: {}, {}", law[i], x, y));
@@ -96,20 +102,29 @@ struct Legend {
   }
 };
 
-std::filesystem::path impact_loops(const std::filesystem::path& folder) {
-  const auto c = read_curves(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3);
-  const JsonFile facts(folder / "laws.json");
+/// The figure of the contacts of one group of laws.json.
+std::filesystem::path impact_loops(const std::filesystem::path& folder, const JsonFile& facts,
+                                   std::size_t group) {
+  const auto at = fmt::format("contacts.{}.", group);
+  const auto names = facts.texts(at + "names");
+  if (names.empty()) facts.fail(at + "names", "must name a contact");
+  const auto c = read_curves(folder / "impact_loops.csv", "delta", "force", 1e6, 1e-3, names.front());
+  if (c.names.empty()) facts.fail(at + "names", "must be in impact_loops.csv");
   const bool lines = std::ranges::any_of(c.names, line_contact);
   Figure f{
-      .name = "impact_loops", .height_cm = lines ? 19.0 : 10.0, .blocks = c.blocks, .source = "laws.json"};
+      .name = facts.find("contacts")->size() > 1 ? file_name("impact_loops", names.front()) : "impact_loops",
+      .height_cm = lines ? 19.0 : 10.0,
+      .blocks = c.blocks,
+      .source = "laws.json"};
   const auto style = style_of(folder);
   const std::size_t panels = lines ? 2 : 1;
   const auto of_lines = static_cast<std::size_t>(std::ranges::count_if(c.names, line_contact));
   const auto laws = std::max(of_lines, c.names.size() - of_lines);
   const Legend key(f, style, panels, c.names, laws);
   if (key.below) f.height_cm = 1.4 * f.height_cm + key.more(laws);
-  f.caption = fmt::format("Impacts of {:.4g} kg at {:.4g} m/s, given e = {:.3g}.", facts.number("mass_kg"),
-                          facts.number("approach_m_per_s"), facts.number("restitution_asked"));
+  f.caption = fmt::format("Impacts of {:.4g} kg at {:.4g} m/s in {}, given e = {:.3g}.",
+                          facts.number("mass_kg"), facts.number("approach_m_per_s"), fmt::join(names, ", "),
+                          facts.number(at + "restitution_asked"));
   f.script.add(
       "set multiplot layout {},1 margins X(1.7),1-X({}),Y({}),1-Y(0.9) spacing 0,Y({})\n{}set xlabel "
       "'{}'\nset ylabel "
@@ -162,7 +177,14 @@ std::filesystem::path friction_laws(const std::filesystem::path& folder) {
 }
 
 std::vector<std::filesystem::path> draw_laws(const std::filesystem::path& folder) {
-  return {impact_loops(folder), delivered_restitution(folder), friction_laws(folder)};
+  const JsonFile facts(folder / "laws.json");
+  const auto* groups = facts.find("contacts");
+  if (!groups || !groups->is_array() || groups->empty()) facts.fail("contacts", "must be a list of contacts");
+  std::vector<std::filesystem::path> figures;
+  for (std::size_t i = 0; i < groups->size(); ++i) figures.push_back(impact_loops(folder, facts, i));
+  figures.push_back(delivered_restitution(folder));
+  figures.push_back(friction_laws(folder));
+  return figures;
 }
 
 // Stiffness and damping of a lubricated joint in steady running over the Sommerfeld number.

@@ -61,19 +61,23 @@ Table film_table(const Film& film, const std::vector<SteadyFilm>& chart) {
 }
 
 nlohmann::json to_json(const LawCurves& curves, const ImpactSetting& setting) {
-  return {{"contact", curves.contact},
-          {"mass_kg", setting.mass},
-          {"approach_m_per_s", setting.speed},
-          {"restitution_asked", curves.restitution}};
+  auto groups = nlohmann::json::array();
+  for (const auto& group : curves.groups)
+    groups.push_back({{"names", group.contacts}, {"restitution_asked", group.restitution}});
+  return {{"contacts", groups}, {"mass_kg", setting.mass}, {"approach_m_per_s", setting.speed}};
 }
 
 LawTables::LawTables(const LawCurves& curves)
-    : impacts("law,delta,force"), delivered("law,requested,delivered"), friction("law,speed,coefficient") {
+    : impacts("contact,law,delta,force"),
+      delivered("law,requested,delivered"),
+      friction("law,speed,coefficient") {
+  for (const auto& group : curves.groups)
+    for (const auto& curve : group.impacts)
+      for (const auto& [x, y] : curve.points) impacts.row(group.contacts.front(), curve.law, x, y);
   const auto fill = [](Table& table, const std::vector<LawCurve>& list) {
     for (const auto& curve : list)
       for (const auto& [x, y] : curve.points) table.row(curve.law, x, y);
   };
-  fill(impacts, curves.impacts);
   fill(delivered, curves.delivered);
   fill(friction, curves.friction);
 }

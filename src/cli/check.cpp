@@ -311,7 +311,7 @@ int check(const CheckRequest& request) {
     }
   }
   if (!request.output.empty()) draw_pose(scene, start, request.output, request.magnify);
-  return available > 0 ? 0 : 1;
+  return available > 0 ? 0 : 2;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // reports the steady running of a lubricated joint.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "analysis/law_documents.hpp"
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
+#include "cli/terminal.hpp"
 #include "dynamics/system.hpp"
 #include "formulations/contact/contact_law.hpp"
 #include "formulations/contact/film.hpp"
@@ -164,18 +166,24 @@ struct LawsRequest : Request {
   std::string output;                    ///< result folder
 };
 
-/// Prints what each law makes of one free impact.
+/// Prints what each law makes of one free impact, for each kind of contact.
 void print_impacts(const LawCurves& curves, const ImpactSetting& setting) {
+  for (const auto& group : curves.groups) {
+    fmt::print(
+        "{}\n{:<22}{:>10}{:>11}{:>12}{:>10}\n",
+        wrapped(fmt::format("Free impact of {:.4g} kg at {:.4g} m/s in contact{} {}, input restitution "
+                            "{:.4g}\n",
+                            setting.mass, setting.speed, group.contacts.size() > 1 ? "s" : "",
+                            fmt::join(group.contacts, ", "), group.restitution),
+                2),
+        "law", "force, N", "depth, m", "duration, s", "delivers");
+    for (const auto& r : group.results)
+      fmt::print("{:<22}{:>10.4g}{:>11.3e}{:>12.3e}{:>10.4f}{}\n", r.law, r.force, r.depth, r.duration,
+                 r.restitution, r.outside ? "  outside" : "");
+    fmt::print("\n");
+  }
   fmt::print(
-      "Free impact of {:.4g} kg at {:.4g} m/s in contact {}, input restitution {:.4g}\n\n"
-      "{:<22}{:>10}{:>11}{:>12}{:>10}\n",
-      setting.mass, setting.speed, curves.contact, curves.restitution, "law", "force, N", "depth, m",
-      "duration, s", "delivers");
-  for (const auto& r : curves.results)
-    fmt::print("{:<22}{:>10.4g}{:>11.3e}{:>12.3e}{:>10.4f}{}\n", r.law, r.force, r.depth, r.duration,
-               r.restitution, r.outside ? "  outside" : "");
-  fmt::print(
-      "\nForce and depth are the greatest; outside: beyond the range of the law, "
+      "Force and depth are the greatest; outside: beyond the range of the law, "
       "see\n`freeplay laws`. {}\n\n",
       choice_page);
 }
@@ -230,7 +238,7 @@ int print_curves(const LawsRequest& request) {
   ResultSet set(folder, "laws");
   ImpactSetting setting{.mass = request.mass, .speed = request.speed};
   if (request.friction) setting.regularisation = regularisation_of(request, scene->penalty);
-  const auto curves = law_curves(*scene, setting);
+  const auto curves = located_in(*scene, [&] { return law_curves(*scene, setting); });
   write_curves(*scene, curves, setting, set.place());
   set.commit();
   print_impacts(curves, setting);
@@ -310,7 +318,7 @@ int laws(const LawsRequest& request) {
 void laws_verb(Program& program) {
   auto [options, request] =
       program.verb("laws", "list contact laws and their restitution, or report a film", laws);
-  const auto drawn = options.add("scene", request.scene, "plot the laws for the first contact of this scene");
+  const auto drawn = options.add("scene", request.scene, "plot the laws for the contacts of this scene");
   options.add("--restitution", request.restitution, "input restitution: print the effective one of each law")
       .excludes(drawn);
   const auto friction = options.flag(

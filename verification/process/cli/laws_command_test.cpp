@@ -73,6 +73,52 @@ TEST_CASE("the commands laws, drift and verify from the command line") {
   CHECK(test::freeplay("verify nonsense").status == 2);
 }
 
+TEST_CASE("laws shows each kind of contact once, and names a scene without contacts", "[laws]") {
+  const test::TemporaryFolder folder;
+  const auto said = [&](const std::string& scene, const std::string& more = "") {
+    return test::succeeded("laws " + (test::source_folder() / scene).string() + more + " -o " +
+                           (folder.path() / "laws").string())
+        .out;
+  };
+  const auto press = said("src/cli/templates/press.toml");
+  CHECK_THAT(press, Contains("in contact small_end,") && Contains("in contact die,") &&
+                        !Contains("\nkelvin-voigt "));
+  CHECK_THAT(press, Contains("impact_loops_small_end.pdf") && Contains("impact_loops_die.pdf"));
+  const auto facts = test::read_json(folder.path() / "laws/laws.json");
+  REQUIRE(facts["contacts"].size() == 2);
+  CHECK(facts["contacts"][1]["names"] == nlohmann::json{"die"});
+  // The lands of the wheel have equal facts.
+  const auto wheel = said("cases/geneva-wheel/scene.toml");
+  CHECK_THAT(wheel, Contains("in contacts land_1, land_2, land_3, land_4,") && Contains("impact_loops.pdf"));
+  CHECK(test::count(wheel, "Free impact") == 1);
+  CHECK_THAT(said("cases/geneva-wheel/scene.toml",
+                  " --set penalty.contact=kelvin-voigt --set penalty.kelvin_stiffness=1e7 --set "
+                  "penalty.kelvin_damping=3"),
+             Contains("\nkelvin-voigt "));
+  const auto none = (test::source_folder() / "cases/seven-body/scene.toml").string();
+  test::refused("laws " + none, Contains(none + ": has no contact"));
+}
+
+TEST_CASE("check and run refuse a scene that neither formulation takes with the same status",
+          "[laws][errors]") {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "s.toml";
+  // Neither a stiffness nor a restitution: for penalty and nonsmooth.
+  write_file(
+      file,
+      test::body("ball", 1, 0.1, "position = [0.0, 1.0]\n") +
+          "[surfaces.plain]\nfriction = 0.1\n[contacts.floor]\ntype = \"plane\"\nbetween = [\"ground\", "
+          "\"ball\"]\naxis = [1.0, 0.0]\nradius = 0.1\nsurface = \"plain\"\n" +
+          test::run_for(1));
+  const auto checked = test::freeplay("check " + file.string());
+  CHECK(checked.status == 2);
+  CHECK(test::count(checked.out, "not available") == 2);
+  for (const char* formulation : {"penalty", "nonsmooth"})
+    CHECK(test::freeplay(fmt::format("run {} --formulation {} -o {}/out", file.string(), formulation,
+                                     folder.path().string()))
+              .status == 2);
+}
+
 TEST_CASE("laws --film reports the steady running of a lubricated joint", "[film]") {
   const test::TemporaryFolder folder;
   const auto out = " -o " + (folder.path() / "film").string();

@@ -179,8 +179,10 @@ std::vector<Input> results() {
        {"figures d/@name"},
        0},
       {"laws",
-       {{"laws.json", R"({"mass_kg": 1, "approach_m_per_s": 1, "restitution_asked": 0.5, )" + origin + "}"},
-        {"impact_loops.csv", "law,delta,force\nflores,0,0\nflores,1,1\n@raw,1,1\n"},
+       {{"laws.json", R"({"mass_kg": 1, "approach_m_per_s": 1, "contacts": [{"names": ["@json"],
+        "restitution_asked": 0.5}], )" +
+                          origin + "}"},
+        {"impact_loops.csv", "contact,law,delta,force\n@raw,flores,0,0\n@raw,flores,1,1\n@raw,@raw,1,1\n"},
         {"delivered.csv", "law,requested,delivered\nflores,0,0\nflores,1,1\n"},
         {"friction.csv", "law,speed,coefficient\nflores,0,0\nflores,1,1\n"}},
        read},
