@@ -44,7 +44,11 @@ int write_new(const NewRequest& request) {
         fmt::format("{}: already exists and is not overwritten; name another file with -o", named.string()));
   const auto folder = real_folder(named.has_parent_path() ? named.parent_path() : ".");
   if (!std::filesystem::is_directory(folder))
-    throw SceneError(fmt::format("{}: is not a folder", folder.string()));
+    throw SceneError(
+        fmt::format("{}: {}", folder.string(),
+                    std::filesystem::exists(folder)
+                        ? "is not a folder"
+                        : "there is no such folder; create it first, or name a file elsewhere with -o"));
   write_file(folder / named.filename(), chosen->text);
   fmt::print(
       "{0}\nlook at it:  freeplay check {0} -o out/pose\nrun it:      freeplay compare {0}\n"

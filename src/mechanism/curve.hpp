@@ -105,12 +105,12 @@ struct Curve {
   std::string refusal(Use use) const;
 };
 
-inline constexpr auto curve_shapes =
-    complete<Curve::Shape>({{Curve::Shape::constant, "constant"},
-                            {Curve::Shape::ramp, "ramp"},
-                            {Curve::Shape::rise_dwell_return, "rise-dwell-return"},
-                            {Curve::Shape::harmonic, "harmonic"},
-                            {Curve::Shape::table, "table"}});
+inline constexpr auto curve_shapes = complete<Curve::Shape>(
+    {{Curve::Shape::constant, "constant"},
+     {Curve::Shape::ramp, "ramp", "a smooth rise by its profile; a straight line is a table of two points"},
+     {Curve::Shape::rise_dwell_return, "rise-dwell-return"},
+     {Curve::Shape::harmonic, "harmonic"},
+     {Curve::Shape::table, "table"}});
 inline constexpr auto curve_profiles = complete<Curve::Profile>(
     {{Curve::Profile::polynomial, "polynomial", "3-4-5"}, {Curve::Profile::cycloidal, "cycloidal"}});
 inline constexpr auto curve_betweens = complete<Curve::Between>(

@@ -290,12 +290,12 @@ void KeysReader::radii(const Key& key, std::array<double, 2>& radii) {
 }
 
 void KeysReader::body(const Key& key, int& body) {
-  body = body_index(key.name, s_.text(key.name));
+  body = body_index(key.name, s_.text(key));
   moving_body(key.name, body);
 }
 
 const Surface* KeysReader::surface(const Key& key, int& surface) {
-  surface = named(key.name, "surface", mechanism_.surfaces, s_.text(key.name));
+  surface = named(key.name, "surface", mechanism_.surfaces, s_.text(key));
   return &mechanism_.surfaces[static_cast<std::size_t>(surface)];
 }
 
@@ -323,7 +323,7 @@ void KeysReader::gauge(const Key& beam, const Key& place, Instrument& i) {
 }
 
 int KeysReader::joint_index(const Key& key) {
-  return named(key.name, "joint", mechanism_.joints, s_.text(key.name));
+  return named(key.name, "joint", mechanism_.joints, s_.text(key));
 }
 
 void KeysReader::any_joint(const Key& key, int& joint, std::array<int, 2>& pair) {

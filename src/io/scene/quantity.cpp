@@ -95,7 +95,7 @@ constexpr std::pair<std::string_view, std::string_view> quantities[] = {
     {"Pa s", "a viscosity"},
     {"s/m", "the inverse of a speed"},
     {"1/m", "the inverse of a length"},
-    {"m/rad", "a length a radian"},
+    {"m/rad", "a length per radian"},
     {"A", "a current"},
     {"V", "a voltage"},
     {"ohm", "a resistance"},

@@ -128,11 +128,13 @@ const toml::node* Section::take(std::string_view key) {
   return table_.get(key);
 }
 
-const toml::node& Section::require(std::string_view key) {
-  const auto* node = take(key);
+const toml::node& Section::require(const Requested& key) {
+  const auto* node = take(key.name);
   if (node) return *node;
-  const auto* row = row_of(key);
-  lacks(key, fmt::format("is missing: {}", row ? row->meaning : "required"));
+  const auto* row = row_of(key.name);
+  lacks(key.name, fmt::format("is missing: {}", !key.meaning.empty() ? key.meaning
+                                                : row                ? std::string_view(row->meaning)
+                                                                     : "required"));
 }
 
 double Section::to_number(const toml::node& node, const Requested& key, Range range, int column) const {
@@ -161,7 +163,9 @@ double Section::to_number(const toml::node& node, const Requested& key, Range ra
   }
   const auto* row = row_of(key.name);
   const auto* bounds = row ? magnitude_of(row->unit) : key.unit ? magnitude_of(*key.unit) : nullptr;
-  if (const auto wrong = wrong_number(*value, range, bounds); !wrong.empty())
+  if (const auto wrong =
+          wrong_number(*value, range, bounds, text ? toml_quoted(visible_brief(*text, 60)) : std::string());
+      !wrong.empty())
     source_->fail(&node, full(key.name), wrong);
   return *value;
 }
@@ -170,7 +174,7 @@ void Section::require_sense(std::string_view key, std::string_view unit, double 
   if (const auto wrong = beyond_bounds(magnitude_of(unit), x, true); !wrong.empty()) fail(key, wrong);
 }
 
-double Section::number(const Requested& key, Range range) { return to_number(require(key.name), key, range); }
+double Section::number(const Requested& key, Range range) { return to_number(require(key), key, range); }
 
 std::optional<double> Section::number_or(std::string_view word, const Requested& key, Range range) {
   const auto* node = take(key.name);
@@ -191,10 +195,11 @@ bool Section::flag(std::string_view key) {
   return *value;
 }
 
-std::string Section::text(std::string_view key) {
+std::string Section::text(const Requested& key) {
   const auto& node = require(key);
   const auto value = node.value_exact<std::string>();
-  if (!value) source_->fail(&node, full(key), fmt::format("must be a text in quotes, is {}", kind_of(node)));
+  if (!value)
+    source_->fail(&node, full(key.name), fmt::format("must be a text in quotes, is {}", kind_of(node)));
   return *value;
 }
 
@@ -207,13 +212,13 @@ Vec2 Section::to_point(const toml::node& node, const Requested& key) const {
   return {to_number((*list)[0], key, any_number, 0), to_number((*list)[1], key, any_number, 1)};
 }
 
-Vec2 Section::point(const Requested& key) { return to_point(require(key.name), key); }
+Vec2 Section::point(const Requested& key) { return to_point(require(key), key); }
 
 std::vector<Vec2> Section::points(const Requested& key) { return points(key, nullptr); }
 
 std::vector<Vec2> Section::points(const Requested& key,
                                   const std::function<Vec2(std::size_t, const std::string&)>& named) {
-  const auto& node = require(key.name);
+  const auto& node = require(key);
   const auto* list = node.as_array();
   if (!list || list->empty())
     source_->fail(
@@ -252,7 +257,7 @@ bool Section::is_list_of_lists(std::string_view key) const {
 }
 
 std::vector<std::pair<std::string, Vec2>> Section::named_points(const Requested& key) {
-  const auto& node = require(key.name);
+  const auto& node = require(key);
   const auto* table = node.as_table();
   if (!table)
     source_->fail(&node, full(key.name),
@@ -269,7 +274,7 @@ std::vector<std::pair<std::string, Vec2>> Section::named_points(const Requested&
 }
 
 std::vector<double> Section::numbers(const Requested& key) {
-  const auto& node = require(key.name);
+  const auto& node = require(key);
   const auto* list = node.as_array();
   if (!list || list->empty())
     source_->fail(&node, full(key.name),

@@ -77,15 +77,17 @@ struct SceneSource {
 /// have. Called before any key is read, so that a misspelt key is reported before its consequences.
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source);
 
-/// Name of a key to be read, and the unit to which its number is converted: the given one, or else
-/// that of the schema.
+/// Name of a key to be read, the unit to which its number is converted, and its meaning for messages: the given
+/// ones, or else those of the schema, which describe the key in all kinds of element.
 struct Requested {
   std::string_view name;
   std::optional<std::string_view> unit = {};
+  std::string_view meaning = {};
   Requested(std::string_view key)
       : name(key) {}                         // NOLINT(google-explicit-constructor): most keys are only a name
   Requested(const char* key) : name(key) {}  // NOLINT(google-explicit-constructor)
-  Requested(const Key& key) : name(key.name), unit(key.unit) {}  // NOLINT(google-explicit-constructor)
+  Requested(const Key& key)                  // NOLINT(google-explicit-constructor)
+      : name(key.name), unit(key.unit), meaning(key.meaning) {}
 };
 
 /// One table of the document.
@@ -101,7 +103,7 @@ class Section {
   double number(const Requested& key, Range range);
   /// A number, or nullopt for the text `word`.
   std::optional<double> number_or(std::string_view word, const Requested& key, Range range);
-  std::string text(std::string_view key);
+  std::string text(const Requested& key);
   bool flag(std::string_view key);
   Vec2 point(const Requested& key);
   /// A list of [x, y] pairs.
@@ -156,7 +158,7 @@ class Section {
 
  private:
   const toml::node* take(std::string_view key);
-  const toml::node& require(std::string_view key);
+  const toml::node& require(const Requested& key);
   /// `column`: index of the unit in that of a point, such as "s, N m".
   double to_number(const toml::node& node, const Requested& key, Range range, int column = 0) const;
   Vec2 to_point(const toml::node& node, const Requested& key) const;

@@ -26,6 +26,13 @@ int edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& words) {
+  // Of a joint: a revolute one has an angle, a translational one a position.
+  for (const auto& [given, other] :
+       {std::pair<std::string_view, std::string_view>{".position", ".angle"}, {".angle", ".position"}})
+    if (word.ends_with(given)) {
+      auto instead = std::string(word.substr(0, word.size() - given.size())).append(other);
+      if (std::ranges::find(words, instead) != words.end()) return instead;
+    }
   std::string best;
   int least = 1000;
   for (const auto& candidate : words)

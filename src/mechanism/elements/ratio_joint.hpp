@@ -34,7 +34,13 @@ struct JointRatio {
   static const auto* keys(auto& k, auto& r) {
     const auto* on = k.template joint_of<RevoluteJoint, TranslationalJoint>(
         {"joint", "", "the revolute or translational joint that follows"}, r.joint);
-    k.template joint<RevoluteJoint>({"of", "", "the revolute joint whose angle it follows"}, r.of);
+    const auto* leads = k.template joint_of<RevoluteJoint, TranslationalJoint>(
+        {"of", "", "the revolute joint whose angle it follows"}, r.of);
+    k.check(
+        !leads || std::holds_alternative<RevoluteJoint>(*leads), "of",
+        "must be a revolute joint, whose angle alone enters the row; if a revolute joint follows a translational "
+        "one, exchange `joint` and `of` and state the inverse ratio; two translational joints may each follow "
+        "one revolute joint");
     k.check(!on || r.joint != r.of, "of", "is the joint itself; name another one");
     k.need({"ratio", unit(on, "", "m/rad", "rad/rad or m/rad"),
             "angle (rad) or displacement along its axis (m) for each radian of the joint `of`; < 0 reverses"},

@@ -91,6 +91,10 @@ TEST_CASE("the distance of two words counts insertions, deletions, substitutions
   CHECK(edit_distance("ca", "abc") == 3);
   CHECK(nearest_word("fourbar", {"cam", "four-bar", "pendulum"}) == "four-bar");
   CHECK(nearest_word("wheel", {"cam", "pendulum"}).empty());
+  // A revolute joint has an angle in place of a position.
+  CHECK(nearest_word("bearing.position", {"bearing.rate", "bearing.angle", "rail.position"}) ==
+        "bearing.angle");
+  CHECK(nearest_word("rail.angle", {"bearing.angle", "rail.position"}) == "rail.position");
 }
 
 TEST_CASE("the program's overview lists every verb, whatever words follow an end of options", "[help]") {

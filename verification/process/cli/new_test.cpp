@@ -84,7 +84,9 @@ TEST_CASE("a new scene never overwrites a file", "[new][errors]") {
   std::filesystem::create_symlink(folder.path() / "nowhere.toml", folder.path() / "link.toml");
   CHECK(test::freeplay("new pendulum -o " + (folder.path() / "link.toml").string()).status == 2);
   CHECK(!std::filesystem::exists(folder.path() / "nowhere.toml"));
-  test::refused("new pendulum -o " + (folder.path() / "no/where.toml").string(), Contains("is not a folder"));
+  test::refused("new pendulum -o " + (folder.path() / "no/where.toml").string(),
+                Contains("no: there is no such folder; create it first"));
+  test::refused("new pendulum -o " + (file / "where.toml").string(), Contains("is not a folder"));
   test::refused("new perpetuum-mobile", Contains("four-bar"));
 }
 

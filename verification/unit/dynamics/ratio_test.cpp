@@ -347,13 +347,17 @@ TEST_CASE("invalid ratios are refused", "[ratio][scene]") {
       {"ratio = 2\n", "ratio = 0\n", "joints.belt.ratio: must be a number other than 0"},
       {"ratio = 2\n", "", "joints.belt.ratio: is missing"},
       {"of = \"lead\"", "of = \"follow\"", "joints.belt.of: is the joint itself"},
-      {"of = \"lead\"", "of = \"rail\"", "joints.belt.of: must be a revolute joint"},
+      {"of = \"lead\"", "of = \"rail\"",
+       "joints.belt.of: must be a revolute joint, whose angle alone enters the row; if a revolute joint "
+       "follows a translational one, exchange `joint` and `of`"},
       {"joint = \"follow\"", "joint = \"belt\"", "joints.belt.joint: there is no joint \"belt\""},
       {"of = \"lead\"", "of = \"hinge\"", "joints.belt.of: \"hinge\" must have the ground as a body"},
       {"joint = \"follow\"", "joint = \"hinge\"",
        "joints.belt.joint: \"hinge\" must have the ground as a body"},
       {"joint = \"follow\"", "joint = \"rail\"", "joints.belt.radius: belongs to revolute joints"},
       {"radius = 0.05\n", "", "joints.belt.radius: is missing"},
+      // The meaning of the key in this kind of joint alone.
+      {"surface = \"hard\"\n", "", "joints.belt.surface: is missing: the surface of its contacts"},
       {"backlash = 0.01", "backlash = 0.0", "joints.belt.backlash: must be greater than 0"},
       {"mesh_stiffness = 1e10\nsurface = \"hard\"", "surface = \"rough\"",
        "joints.belt.surface: must be without friction"},
