@@ -2,6 +2,7 @@
 // Each cell runs in a process of its own.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -155,12 +156,12 @@ void extremes_verb(Program& program) {
       options.add("--random-scenes,--strangers", request.scenes.count, "test this many random scenes instead")
           .between(1, 1000000);
   options.add("--seed", request.scenes.seed, "seed of the random scenes").needs(count).between(0, 1000000000);
-  const auto kinds =
-      options
-          .add("--kinds", request.scenes.kinds,
-               "check all rows of scenes of these kinds, \"new\" for all: table, stop, barrier, ...")
-          .takes("NAMES")
-          .needs(count);
+  const auto names = fmt::format(
+      "check all rows of scenes of these kinds, with commas: the sets new and elements, or {}; or the set "
+      "flexible, or {}",
+      fmt::join(verification::random_scenes::kinds(Suite::rows), ", "),
+      fmt::join(verification::random_scenes::kinds(Suite::flexible), ", "));
+  const auto kinds = options.add("--kinds", request.scenes.kinds, names.c_str()).takes("NAMES").needs(count);
   options.add("--first", request.scenes.first, "with --kinds: number of the first scene")
       .needs(kinds)
       .between(0, 1000000000);

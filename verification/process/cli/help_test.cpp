@@ -10,6 +10,7 @@
 #include "io/files/output_file.hpp"
 #include "io/scene/section.hpp"
 #include "io/scene/spelling.hpp"
+#include "verification/random_scenes/scene.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/support.hpp"
 
@@ -55,6 +56,14 @@ TEST_CASE("docs/reference/verbs.md shows each verb's help, which fits 80 columns
   }
   INFO("make it anew: scripts/pages --make verbs");
   CHECK(read_text(test::source_folder() / "docs/reference/verbs.md") == expected);
+}
+
+TEST_CASE("the help of extremes names all kinds of random scenes", "[help]") {
+  const auto page = test::succeeded("help extremes").out;
+  using verification::random_scenes::Suite;
+  for (const auto suite : {Suite::rows, Suite::flexible})
+    for (const auto& kind : verification::random_scenes::kinds(suite)) CHECK_THAT(page, Contains(kind));
+  for (const char* set : {"new", "elements", "flexible"}) CHECK_THAT(page, Contains(set));
 }
 
 TEST_CASE("the man page and the completions for three shells contain every command", "[help]") {
