@@ -281,6 +281,58 @@ double unsteadiness(const TurnMetrics& turns, double uncertainty) {
   return d.size > std::max(d.limit, least_amplitude * turns.value[TurnMetrics::mean_turn_rms]) ? d.size : 0;
 }
 
+namespace {
+
+double median(std::vector<double> list) {
+  std::ranges::sort(list);
+  return quantile(list, 0.5);
+}
+
+/// The distance of each turn from the median turn (m/s²).
+std::vector<double> distances(const std::vector<Harmonics>& turns) {
+  auto count = turns.front().size();
+  for (const auto& turn : turns) count = std::min(count, turn.size());
+  std::vector<double> squares(turns.size()), real(turns.size()), imaginary(turns.size());
+  for (std::size_t h = 0; h < count; ++h) {
+    for (std::size_t i = 0; i < turns.size(); ++i)
+      real[i] = turns[i][h].real(), imaginary[i] = turns[i][h].imag();
+    const std::complex<double> middle(median(real), median(imaginary));
+    for (std::size_t i = 0; i < turns.size(); ++i)
+      squares[i] += (h == 0 ? 1 : 2) * std::norm(turns[i][h] - middle);
+  }
+  for (auto& x : squares) x = std::sqrt(x);
+  return squares;
+}
+
+/// The least distance of an outlying turn beside others.
+double outlying(const std::vector<double>& others) {
+  return std::max(outlying_median * median(others), outlying_greatest * *std::ranges::max_element(others));
+}
+
+}  // namespace
+
+OutlyingTurns outlying_turns(const TurnMetrics& measured) {
+  const auto n = measured.turns.size();
+  OutlyingTurns found;
+  if (n < 8) return found;
+  const auto d = distances(measured.turns);
+  const auto from = [&](std::size_t first) {
+    return std::vector<double>(d.begin() + static_cast<long>(first), d.end());
+  };
+  const auto later = from(n / 4);
+  found.ratio = INFINITY;
+  for (; found.start < n / 4 && d[found.start] > outlying(later); ++found.start)
+    found.ratio = std::min(found.ratio, d[found.start] / median(later));
+  auto others = from(found.start);
+  const auto worst = std::ranges::max_element(others);
+  const double greatest = *worst;
+  const auto index = static_cast<std::size_t>(worst - others.begin()) + found.start;
+  others.erase(worst);
+  if (greatest > outlying(others))
+    found.single = static_cast<int>(index), found.single_ratio = greatest / median(others);
+  return found;
+}
+
 double measured_statistic(const Study& study, Target& target, const Conduct& conduct,
                           std::vector<std::string>& plausibility_checks) {
   Case one{"", study.calibration->formulation, {}, 0, 1, study.scene, target.overrides};

@@ -128,6 +128,20 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
 /// and at least least_amplitude of their rms; m/s², else 0. The motion is then not stationary.
 double unsteadiness(const TurnMetrics& turns, double uncertainty);
 
+/// Revolutions of a measured signal that deviate from all others. One such revolution raises the scatter of the n
+/// revolutions as much as it moves their mean, so that any difference would be explained. The distance of a
+/// revolution is the root mean square of its difference from the median revolution (harmonic by harmonic); it is
+/// outlying above outlying_median times the median distance of the others and outlying_greatest times the greatest.
+struct OutlyingTurns {
+  std::size_t start = 0;    ///< number at the start, at most a quarter of all
+  double ratio = 0;         ///< least distance of these over the median of the others
+  int single = -1;          ///< index of a later one; −1: none
+  double single_ratio = 0;  ///< its distance over the median of the others
+};
+inline constexpr double outlying_median = 3, outlying_greatest = 2;
+/// Empty for fewer than eight revolutions.
+OutlyingTurns outlying_turns(const TurnMetrics& measured);
+
 /// Name of a verdict: "agrees", "differs", "undecided" or "stopped".
 const char* text_of(Agreement::Verdict verdict);
 

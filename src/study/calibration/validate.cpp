@@ -82,6 +82,22 @@ Agreement compared(const Study& study, Case one, const Validation& v, bool datum
   return *nearest;
 }
 
+/// Adds the remarks on outlying revolutions of the measured signal.
+void note_outliers(const OutlyingTurns& found, std::vector<std::string>& remarks) {
+  constexpr double shown = 1000;  // of exactly repeated revolutions the distance is rounding
+  if (found.start > 0)
+    remarks.push_back(fmt::format(
+        "left out at the start of the measured signal: {}, at least {:.2g} times as far from the median revolution as "
+        "half of the others; they would raise the scatter by which differences are explained",
+        found.start == 1 ? "1 revolution" : fmt::format("{} revolutions", found.start),
+        std::min(found.ratio, shown)));
+  if (found.single >= 0)
+    remarks.push_back(fmt::format(
+        "revolution {} of the measured signal is at least {:.2g} times as far from the median revolution as half of the "
+        "others and raises the scatter by which differences are explained; correct it",
+        found.single + 1, std::min(found.single_ratio, shown)));
+}
+
 /// "1.2 times (0.3 mm)"
 std::string clearance_text(const ClearanceTrial& t) {
   return fmt::format("{:g} times ({:.3g} mm)", t.factor, 1e3 * t.factor * t.clearance);
@@ -133,11 +149,19 @@ Validation validate(const std::filesystem::path& file, const std::vector<std::st
   rules.ideal_maximum = v.ideal_maximum;
   const auto metered = [&](double offset) {
     TurnMeter meter(rules);
+    const double begin = static_cast<double>(v.left_out) * 2 * std::numbers::pi / std::abs(drive->speed);
     for (std::size_t i = 0; i < measured.acceleration.size(); ++i)
-      meter.acceleration(measured.time[i], measured.acceleration[i] - offset);
+      if (measured.time[i] >= begin - 1e-6 / measured.sampling)
+        meter.acceleration(measured.time[i], measured.acceleration[i] - offset);
     return meter.finish(measured.time.back(), std::nan(""));
   };
   v.measured = metered(0);
+  const auto outliers = outlying_turns(v.measured);
+  if (outliers.start > 0) {
+    v.left_out = outliers.start;
+    v.measured = metered(0);
+  }
+  note_outliers(outliers, v.remarks);
   if (!ideal.turns.empty()) v.offset = offset_from(ideal.turns.front()[0].real(), v.measured, v.uncertainty);
   if (setup.remove_offset) {
     if (ideal.turns.empty())
@@ -283,6 +307,7 @@ nlohmann::json to_json(const Validation& v, const std::string& data, bool matche
           {"measured",
            {{"sampling_Hz", v.sampling},
             {"turns", v.measured.peaks.size()},
+            {"turns_left_out", v.left_out},
             {"uncertainty_m_per_s2", v.uncertainty},
             {"offset",
              {{"value_m_per_s2", v.offset.value},

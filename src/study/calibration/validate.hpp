@@ -42,7 +42,8 @@ void assess_power(const std::vector<ClearanceTrial>& trials, Agreement& a);
 struct Validation {
   double ideal_maximum = 0;
   double sampling = 0, uncertainty = 0;  ///< of the file
-  TurnMetrics measured;                  ///< without the removed offset
+  TurnMetrics measured;                  ///< without the removed offset and outlying revolutions at the start
+  std::size_t left_out = 0;              ///< number of these revolutions
   /// Offset of the measured signal from the mean of the ideal mechanism's: a mean acceleration does not
   /// depend on clearance if the velocity repeats with each revolution.
   SignalOffset offset;

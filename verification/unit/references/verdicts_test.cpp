@@ -342,3 +342,49 @@ TEST_CASE("the part that repeats in each revolution decides the sign; without it
   CHECK(a.sign == 1);
   CHECK(std::abs(a.phase) == Approx(pi));
 }
+
+TEST_CASE("outlying revolutions at the start of a measurement are found, and a later one",
+          "[chain][validate]") {
+  // Revolutions of 0.99 to 1.01 times a curve, in equal steps, of which some are `size` times as great. Their distances
+  // from the median are 0.1 % to 1 % of the rms, half of them below 0.6 %, and size − 1.
+  const auto found = [](const std::vector<int>& great, double size, int count = 12) {
+    const auto signal = [&](double phi) {
+      const int turn = static_cast<int>(phi / (2 * pi) + 1e-9);
+      const bool is_great = std::ranges::find(great, turn) != great.end();
+      return (is_great ? size : 1) * (1 + 0.01 * (5 * turn % 12 - 5.5) / 5.5) * curve(phi);
+    };
+    return outlying_turns(turns(60, 0, signal, count));
+  };
+  CHECK(found({}, 1).start == 0);
+  CHECK(found({}, 1).single < 0);
+  const auto first = found({0}, 1.5);
+  CHECK(first.start == 1);
+  CHECK(first.single < 0);
+  CHECK(first.ratio > 50);
+  CHECK(first.ratio < 200);
+  CHECK(found({0, 1, 2}, 1.5).start == 3);
+  // More than a quarter is no start.
+  CHECK(found({0, 1, 2, 3}, 1.5).start == 0);
+  const auto later = found({5}, 1.5);
+  CHECK(later.start == 0);
+  CHECK(later.single == 5);
+  // Three times the median and twice the greatest of the others are needed: 1.5 % are scatter.
+  CHECK(found({0}, 1.015).start == 0);
+  CHECK(found({0}, 1.05).start == 1);
+  CHECK(found({0}, 1.5, 7).start == 0);
+}
+
+TEST_CASE("an outlying start would explain any difference", "[chain][validate]") {
+  // A model that is 10 % too great differs from twelve revolutions with a scatter of 1 %, but not if the first
+  // one is five times as great.
+  const auto judged = [](bool outlier) {
+    Agreement a;
+    a.metrics = turns(
+        400, 0.01, [](double phi) { return 1.1 * curve(phi); }, 12);
+    const auto signal = [&](double phi) { return (outlier && phi < 2 * pi - 1e-9 ? 5 : 1) * curve(phi); };
+    assess(turns(60, 0.01, signal, 12), 0, true, a);
+    return a.properties[Agreement::waveform].differs();
+  };
+  CHECK(judged(false));
+  CHECK(!judged(true));
+}
