@@ -42,6 +42,7 @@ inline constexpr std::array magnitudes{
     Magnitude{"kg", 1e-40, 1e40, beyond},
     Magnitude{"kg m²", 1e-76, 1e58, "the least mass and length, and the greatest"},
     Magnitude{"m²", 1e-36, 1e18, "the least length and the greatest"},
+    Magnitude{"m²/N", 0, 1, "sliding for 1 m under 1 Pa would wear 1 m"},
     Magnitude{"m⁴", 1e-72, 1e36, "the least length and the greatest"},
     Magnitude{"kg/m³", 1e-30, 1e20, "a neutron star has 1e18 kg/m³"},
     Magnitude{"N m²", 0, 1e45, beyond},

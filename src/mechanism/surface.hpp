@@ -38,6 +38,9 @@ struct Surface {
   std::optional<double> yield_speed = {};  ///< v_y, m/s, > 0; empty: constant restitution
   /// (approach speed in m/s, e) with increasing speeds; in place of `restitution`
   std::vector<std::pair<double, double>> restitution_table = {};
+  /// Elastic layer of a bearing: Pa, > 0; in [0, 0.5); m, > 0. Read by the contact law "elastic-foundation"
+  /// and by wear. All three or none.
+  std::optional<double> layer_modulus = {}, layer_poisson = {}, layer_thickness = {};
 
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
@@ -71,6 +74,22 @@ struct Surface {
            s.stiffness_ratio, positive);
     k.check(s.young.has_value() == s.poisson.has_value(), s.young ? "young" : "poisson",
             "young and poisson go together; one of them is missing");
+    k.take(
+        {"layer_modulus", "Pa",
+         "Young's modulus of the elastic layer of a bearing, > 0, for contact \"elastic-foundation\" and for "
+         "wear; goes with the next two keys"},
+        s.layer_modulus, positive);
+    k.take({"layer_poisson", "", "Poisson's ratio of the layer, at least 0 and less than 0.5"},
+           s.layer_poisson, zero_to_half);
+    k.check(!s.layer_poisson || *s.layer_poisson < 0.5, "layer_poisson",
+            "must be less than 0.5: a thin incompressible layer does not yield");
+    k.take({"layer_thickness", "m", "thickness of the layer, > 0"}, s.layer_thickness, positive);
+    k.check(s.layer_modulus.has_value() == s.layer_poisson.has_value() &&
+                s.layer_modulus.has_value() == s.layer_thickness.has_value(),
+            s.layer_modulus   ? "layer_modulus"
+            : s.layer_poisson ? "layer_poisson"
+                              : "layer_thickness",
+            "layer_modulus, layer_poisson and layer_thickness go together; one of them is missing");
   }
 
   /// Whether e depends on the approach speed.

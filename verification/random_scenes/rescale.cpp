@@ -54,6 +54,8 @@ Scene rescaled(Scene scene, const Units& u) {
                             j.clearance->radial *= L;
                             j.clearance->bearing_radius *= L;
                             maybe(j.clearance->bearing_length, L);
+                            maybe(j.clearance->bearing_wear, L * L / force);
+                            maybe(j.clearance->journal_wear, L * L / force);
                           },
                           [&](RigidJoint& j) { ends(j.at); },
                           [&](TranslationalJoint& j) {

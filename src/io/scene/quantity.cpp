@@ -96,6 +96,7 @@ constexpr std::pair<std::string_view, std::string_view> quantities[] = {
     {"s/m", "the inverse of a speed"},
     {"1/m", "the inverse of a length"},
     {"m/rad", "a length per radian"},
+    {"m2/N", "a wear coefficient"},
     {"A", "a current"},
     {"V", "a voltage"},
     {"ohm", "a resistance"},

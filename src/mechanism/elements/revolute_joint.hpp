@@ -21,11 +21,16 @@ struct Clearance {
   double radial = 0;                          ///< m, > 0: bearing radius minus journal radius
   double bearing_radius = 0;                  ///< m, > radial
   int surface = -1;                           ///< index into Mechanism::surfaces
-  std::optional<double> bearing_length = {};  ///< m, > 0, required by line contacts and films
+  std::optional<double> bearing_length = {};  ///< m, > 0, required by line contacts, films and wear
   int lubricant = -1;                         ///< index into Mechanism::lubricants; −1: dry
   /// index into Mechanism::profiles of the deviation of each surface; −1: round
   int bearing_profile = -1, journal_profile = -1;
 
+  /// m²/N, ≥ 0, wear coefficient k of Archard's law of each surface; empty: it does not wear
+  std::optional<double> bearing_wear = {}, journal_wear = {};
+
+  /// Whether a surface wears.
+  bool wears() const { return bearing_wear || journal_wear; }
   /// Whether a surface is not round.
   bool has_profile() const { return bearing_profile >= 0 || journal_profile >= 0; }
 };
@@ -53,8 +58,8 @@ struct RevoluteJoint {
           c->bearing_radius, positive);
       k.check(c->bearing_radius > c->radial, "bearing_radius", "must be greater than the clearance ",
               c->radial, ", is ", c->bearing_radius);
-      k.take({"bearing_length", "m", "length of the bearing; line-contact laws need it"}, c->bearing_length,
-             positive);
+      k.take({"bearing_length", "m", "length of the bearing; line-contact laws and wear need it"},
+             c->bearing_length, positive);
       k.lubricant({"lubricant", "", "lubricant; if absent: dry"}, c->lubricant, c->radial, c->bearing_length);
       k.profile({"bearing_profile", "",
                  "profile by which the bearing's radius deviates, over the angle of the first body; if "
@@ -67,6 +72,18 @@ struct RevoluteJoint {
           c->journal_profile);
       k.check(c->lubricant < 0 || !c->has_profile(), "lubricant",
               "cannot be combined with a profile: the films are those of round surfaces");
+      k.take(
+          {"bearing_wear", "m²/N",
+           "wear coefficient k of the bearing in Archard's law, depth rate = k × pressure × sliding speed, ≥ 0; "
+           "if absent: no wear"},
+          c->bearing_wear, non_negative);
+      k.take({"journal_wear", "m²/N", "wear coefficient k of the journal, ≥ 0; if absent: no wear"},
+             c->journal_wear, non_negative);
+      const char* wearing = c->bearing_wear ? "bearing_wear" : "journal_wear";
+      k.check(!c->wears() || c->bearing_length, wearing,
+              "needs bearing_length: the pressure follows from the force over it");
+      k.check(!c->wears() || c->lubricant < 0, wearing,
+              "cannot be combined with a lubricant: wear is that of dry contact");
       k.surface({"surface", "", "the surface of its contacts"}, c->surface);
     }
   }
