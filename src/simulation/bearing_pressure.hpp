@@ -78,9 +78,11 @@ struct Pressure {
   /// Pa, at n equal angles from 0: mean over two steps, weighed by the hat function of the angle, so that
   /// their sum is the integral exactly
   std::vector<double> p;
-  double total = 0;          ///< N, ∫ p dA = L R_b (2π/n) Σ p
-  double greatest = 0;       ///< Pa, greatest p
-  std::vector<double> half;  ///< m, deviations of the bearing midway between the angles (scratch)
+  double total = 0;     ///< N, ∫ p dA = L R_b (2π/n) Σ p
+  double greatest = 0;  ///< Pa, greatest p
+  /// work space of solve()
+  std::vector<double> halves;
+  std::vector<Vec2> points;
 };
 
 /// No position of the journal balances the load.
