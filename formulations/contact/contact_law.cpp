@@ -12,6 +12,7 @@
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/bracketed_root.hpp"
+#include "simulation/bearing_pressure.hpp"
 
 namespace freeplay {
 namespace {
@@ -79,7 +80,8 @@ ElasticLaw point_elastic(const Scene& scene, const ContactFacts& contact) {
 ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
   if (contact.stiffness) return linear_elastic(*contact.stiffness);
   const auto& surface = contact.surface;
-  if (!surface.young)
+  const bool layered = facts_of(law).layered;
+  if (!layered && !surface.young)
     missing(surface_key(contact, "young"), "a penalty contact computes its stiffness from it");
   if (!contact.ring)
     throw ModelError("penalty.contact",
@@ -89,8 +91,13 @@ ElasticLaw line_elastic(ContactLaw law, const ContactFacts& contact) {
   if (!contact.bearing_length)
     missing(fmt::format("joints.{}.bearing_length", contact.name.substr(0, contact.name.find('.'))),
             "a line contact's force grows with it");
-  const double modulus = *surface.young / (2 * (1 - *surface.poisson * *surface.poisson));
-  const LineContact line{modulus, *contact.bearing_length, contact.clearance};
+  if (layered && !surface.layer_modulus)
+    missing(surface_key(contact, "layer_modulus"),
+            fmt::format("\"{}\" needs it, layer_poisson and layer_thickness as the stiffness of the layer",
+                        facts_of(law).text));
+  const double modulus = layered ? 0 : *surface.young / (2 * (1 - *surface.poisson * *surface.poisson));
+  const LineContact line{modulus, *contact.bearing_length, contact.clearance, contact.radius_bearing,
+                         layer_stiffness(surface)};
   return visit_law(law, [&](auto l) -> ElasticLaw {
     if constexpr (l.kind == ContactKind::line) return l.elastic(line);
     return {};

@@ -5,6 +5,7 @@
 
 #include "generated/contact_laws.hpp"
 #include "generated/friction_laws.hpp"
+#include "simulation/bearing_pressure.hpp"
 
 namespace freeplay {
 
@@ -42,6 +43,7 @@ bool ElasticLaw::is_power() const {
     case Kind::logarithmic:
     case Kind::liu:
     case Kind::persson:
+    case Kind::foundation:
     case Kind::own:
       return false;
   }
@@ -54,6 +56,7 @@ double ElasticLaw::limit() const {
     case Kind::power:
     case Kind::linear:
     case Kind::liu:
+    case Kind::foundation:
     case Kind::own:
       return std::numeric_limits<double>::infinity();
     case Kind::logarithmic:
@@ -86,6 +89,8 @@ double ElasticLaw::other_force(double delta) const {
       const double b2 = delta / (2 * clearance + delta);
       return stiffness * clearance * b2 * (b2 + 1) / (2 - std::log1p(b2) - 2 * b2 * b2);
     }
+    case Kind::foundation:
+      return stiffness * RoundFoundation::force(delta / clearance);
     case Kind::own:
       return delta > 0 ? own_force(delta, 0, 1) : 0;
   }
@@ -123,6 +128,8 @@ double ElasticLaw::slope(double delta) const {
       const double by_b2 = ((2 * b2 + 1) * bottom + top * (1 / (1 + b2) + 4 * b2)) / (bottom * bottom);
       return stiffness * clearance * by_b2 * 2 * clearance / (s * s);
     }
+    case Kind::foundation:
+      return stiffness / clearance * RoundFoundation::slope(delta / clearance);
     case Kind::own: {
       const double h = 6e-6 * delta;
       return delta > 0 ? (force(delta + h) - force(delta - h)) / (2 * h) : 0;
@@ -145,6 +152,8 @@ double ElasticLaw::energy(double delta) const {
       const double f = force(delta) / stiffness;
       return stiffness * f * f * (0.5 * (std::log(4 * clearance / f) + offset - 1) + 0.25);
     }
+    case Kind::foundation:
+      return stiffness * clearance * RoundFoundation::energy(delta / clearance);
     case Kind::liu:
     case Kind::persson:
     case Kind::own: {
@@ -178,7 +187,8 @@ constexpr auto all_contact_laws = table<ContactLaw, ContactLawFacts>([](auto law
                          .positive_restitution = L::positive_restitution,
                          .damping = L::damping,
                          .least_clearance = L::least_clearance,
-                         .clearance_end = L::clearance_end};
+                         .clearance_end = L::clearance_end,
+                         .layered = L::layered};
 });
 
 constexpr auto all_friction_laws = table<FrictionLaw, FrictionLawFacts>([](auto law) {

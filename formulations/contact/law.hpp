@@ -47,13 +47,15 @@ template <ScopedEnum E, int I = 0, class F>
 ///   logarithmic  δ = f [ln(4ΔR/f) + B]
 ///   liu          F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
 ///   persson      F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],  b² = δ/(2ΔR + δ)
+///   foundation   F = K L R_b [(ΔR + δ)(α + sin α cos α) − 2ΔR sin α],  cos α = ΔR/(ΔR + δ)
 ///   own          F(δ, 0, 1) of a user-defined law (mechanism/outside.hpp)
 ///
 /// The file of each contact law, laws/NAME.hpp, names its elastic law and its source.
 struct ElasticLaw {
-  enum class Kind { hertz, power, linear, logarithmic, liu, persson, own };
+  enum class Kind { hertz, power, linear, logarithmic, liu, persson, foundation, own };
   Kind kind = Kind::hertz;
-  /// K, N/m^n; for liu (π/2) L E* (N/m); for logarithmic and persson π E* L (N/m)
+  /// K, N/m^n; for liu (π/2) L E* (N/m); for logarithmic and persson π E* L (N/m); for foundation
+  /// K L R_b ΔR (N)
   double stiffness = 0;
   double exponent = 1.5;            ///< n of power
   double clearance = 0;             ///< ΔR, m
@@ -123,6 +125,7 @@ struct AnyContactLaw {
   static constexpr bool takes_restitution = true, positive_restitution = false;
   static constexpr std::optional<ContactLaw> damping = std::nullopt;
   static constexpr double least_clearance = 0, clearance_end = std::numeric_limits<double>::infinity();
+  static constexpr bool layered = false;
 };
 
 /// F = K δ^(3/2) (1 + χ δ̇/v₀) with Hertz's K.
@@ -132,9 +135,11 @@ struct PointLaw : AnyContactLaw {
 
 /// Data from which a line contact derives its stiffness.
 struct LineContact {
-  double modulus;    ///< E* = E/(2(1 − ν²)), Pa
-  double length;     ///< L of the bearing, m
-  double clearance;  ///< ΔR, m
+  double modulus;         ///< E* = E/(2(1 − ν²)), Pa; 0: the law is that of the layer
+  double length;          ///< L of the bearing, m
+  double clearance;       ///< ΔR, m
+  double bearing_radius;  ///< R_b, m
+  double layer;           ///< K of the surface's layer, Pa/m; 0: it has none
   /// π E* L, N/m
   double line() const { return std::numbers::pi * modulus * length; }
 };

@@ -144,6 +144,7 @@ ContactImpacts impacts_in(const Scene& scene, const ContactFacts& contact, const
                        .restitution = contact.surface.slow_restitution().value_or(1)};
   for (const auto& law : contact_laws()) {
     if (law.kind == ContactKind::line && !contact.bearing_length) continue;
+    if (law.layered && !contact.surface.layer_modulus) continue;
     if (law.kind == ContactKind::spring_damper &&
         !(scene.penalty.kelvin_stiffness && scene.penalty.kelvin_damping))
       continue;

@@ -39,6 +39,8 @@ struct ContactLawFacts {
   double least_clearance = 0;
   /// m, end of the published range
   double clearance_end = std::numeric_limits<double>::infinity();
+  /// Line laws: the stiffness is that of the surface's layer, not of Young's modulus.
+  bool layered = false;
 };
 
 /// All contact laws, in the order of their enumerators.

@@ -108,7 +108,8 @@ enum class ContactLaw {
   liu,
   persson,
   pereira,
-  gharib_hurmuzlu
+  gharib_hurmuzlu,
+  elastic_foundation
 };
 /// The facts of each friction law are in formulations/contact/friction/NAME.hpp.
 enum class FrictionLaw { ambrosio, threlfall, bengisu_akay, lugre, brown_mcphee, andersson, mindlin };

@@ -18,6 +18,8 @@ Scene steel(ContactLaw law) {
   auto scene = read_scene(test::flores());
   scene.penalty.contact = law;
   std::get<RevoluteJoint>(scene.mechanism.joints[2]).clearance->bearing_length = length;
+  auto& surface = scene.mechanism.surfaces[0];
+  surface.layer_modulus = 2e9, surface.layer_poisson = 0.4, surface.layer_thickness = 1e-3;
   return scene;
 }
 ContactForce force_of(ContactLaw law) {

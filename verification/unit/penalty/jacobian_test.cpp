@@ -13,7 +13,9 @@ namespace {
 
 Scene scene_with(const std::string& penalty, const std::string& lubricant) {
   return parse_scene(test::two_bodies() +
-                         test::surface("steel", 0.6, "young = 2e5\npoisson = 0.3\nfriction = 0.3\n") +
+                         test::surface("steel", 0.6,
+                                       "young = 2e5\npoisson = 0.3\nfriction = 0.3\nlayer_modulus = 2e5\n"
+                                       "layer_poisson = 0.3\nlayer_thickness = 0.1\n") +
                          "[lubricants.oil]\nviscosity = 0.1\n" + lubricant + "\n" +
                          test::pin("loose", "ground", "b", {0.0, 0.1}, {0.2, 0.1},
                                    test::loose(0.3, 0.6, "steel") + "bearing_length = 0.2\n") +
