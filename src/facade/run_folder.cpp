@@ -19,8 +19,10 @@
 #include "io/files/run_json.hpp"
 #include "io/files/sealed.hpp"
 #include "io/scene/read_scene.hpp"
+#include "simulation/bearing_load.hpp"
 #include "simulation/film_statistics.hpp"
 #include "simulation/observer.hpp"
+#include "simulation/pressure_table.hpp"
 #include "simulation/statistics.hpp"
 #include "values/diagnostic.hpp"
 #include "values/snapshot.hpp"
@@ -59,8 +61,15 @@ struct Recorders {
     if (!layout.contacts.empty()) add(events, "events.csv");
     if (!layout.channels.empty()) add(signals, "signals.csv");
     if (simulation.scene().run.forces) add(forces, "forces.csv");
+    if (!BearingLoadObserver::needed(simulation.scene())) return;
+    bearings.emplace(simulation.scene());
+    add(pressure, "pressure.csv");
   }
-  std::vector<TableCsv*> files() { return all_of<TableCsv>(); }
+  std::vector<TableCsv*> files() {
+    auto list = all_of<TableCsv>();
+    if (pressure) list.push_back(&*pressure);
+    return list;
+  }
   std::vector<RunRows*> tables() { return all_of<RunRows>(); }
   std::vector<std::string> names() {
     std::vector<std::string> list;
@@ -71,6 +80,7 @@ struct Recorders {
   void serialize(M& m) {
     std::vector<Observer*> all{&statistics, &windows};
     if (films) all.push_back(&*films);
+    if (bearings) all.push_back(&*bearings);
     for (auto* table : tables()) all.push_back(table);
     for (auto* observer : all) {
       m.part("observer");
@@ -79,14 +89,30 @@ struct Recorders {
       else
         observer->save(m);
     }
+    if (!pressure) return;
+    if constexpr (M::reading)
+      pressure->load_from(m);
+    else
+      pressure->save_to(m);
+  }
+  /// Adds the pressures of a run that has ended to its result, and writes their file.
+  void write_pressures(const Scene& scene, Result& result) {
+    if (!bearings) return;
+    const auto loads = bearings->loads();
+    const auto list = pressures(scene, loads);
+    into(result, scene, loads, list);
+    const auto table = pressure_table(list);
+    pressure->write(table);
   }
   ContactStatistics statistics;
   WindowStatistics windows;
-  std::optional<FilmStatistics> films;  ///< in scenes with lubricants
+  std::optional<FilmStatistics> films;          ///< in scenes with lubricants
+  std::optional<BearingLoadObserver> bearings;  ///< in scenes with wear or an elastic foundation
   std::optional<TrajectoryCsv> trajectory;
   std::optional<EventsCsv> events;
   std::optional<SignalsCsv> signals;
   std::optional<ForcesCsv> forces;
+  std::optional<TableCsv> pressure;  ///< with `bearings`, written at the end
 
  private:
   template <class Base>
@@ -165,6 +191,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
   observers.push_back(&recorders.statistics);
   observers.push_back(&recorders.windows);
   if (recorders.films) observers.push_back(&*recorders.films);
+  if (recorders.bearings) observers.push_back(&*recorders.bearings);
   for (auto* table : recorders.tables()) observers.push_back(table);
   observers.push_back(&checkpoints);
 
@@ -179,6 +206,7 @@ Result drive(Simulation& simulation, const RunPlan& plan, Recorders& recorders) 
     result.notes.push_back(diagnostic<Diagnostic::finished_run_kept>());
     return result;  // what is to be gone on with stays beside it
   }
+  recorders.write_pressures(simulation.scene(), result);
   for (auto* file : recorders.files()) file->settle();
   if (plan.companion)
     add_companion(simulation, {.matched = plan.matched, .start = plan.start, .compile = plan.compile},

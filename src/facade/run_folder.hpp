@@ -31,8 +31,8 @@ struct RunPlan {
   std::optional<State> start = {};  ///< as SimulationOptions::start
   /// Code of the caller; a resumed run needs the code it began with.
   Outside outside = {};
-  /// Folder of run.json, trajectory.csv, events.csv, signals.csv and forces.csv. If absent, nothing
-  /// is written.
+  /// Folder of run.json, trajectory.csv, events.csv, signals.csv, forces.csv and pressure.csv. If
+  /// absent, nothing is written.
   std::optional<std::filesystem::path> folder = {};
   /// called about 200 times a run with the completed fraction
   std::function<void(double)> on_progress = {};

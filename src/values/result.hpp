@@ -29,6 +29,19 @@ struct FilmSummary {
   double mean_loss = 0, greatest_loss = 0;    ///< W, dissipated power
 };
 
+/// Wear and pressure of one dry bearing that states wear or has an elastic foundation; times after the
+/// discarded start only.
+struct BearingSummary {
+  /// name of the joint
+  std::string joint;
+  double time = 0;     ///< s, observed
+  double sliding = 0;  ///< m, sliding distance while in contact
+  double work = 0;     ///< N m, ∫ F ds: normal force times sliding distance, with impacts
+  /// m²/s, worn area of the cross-section over time; empty: the surface does not wear
+  std::optional<double> bearing_wear_rate = {}, journal_wear_rate = {};
+  double greatest_pressure = 0;  ///< Pa
+};
+
 /// One contact. Statistics cover the time after the discarded start and need a ContactStatistics
 /// observer; otherwise they are 0.
 struct ContactSummary {
@@ -126,7 +139,8 @@ struct Result {
   Extremes extremes;
   /// statistics of each contact
   std::vector<ContactSummary> contacts;
-  std::vector<std::string> notes;  ///< messages for the user
+  std::vector<BearingSummary> bearings;  ///< with a BearingLoadObserver
+  std::vector<std::string> notes;        ///< messages for the user
   /// Assumption about the start if the scene leaves it open, else empty.
   std::string assumed;
   /// Events in the order of time; only the first ones if there are more than are kept.

@@ -10,6 +10,7 @@
 #include "io/files/output_file.hpp"
 #include "simulation/observer.hpp"
 #include "simulation/table_rows.hpp"
+#include "values/table.hpp"
 
 namespace freeplay {
 
@@ -20,6 +21,11 @@ class TableCsv : public TableSink {
   /// file.
   explicit TableCsv(const std::filesystem::path& path, bool resumed = false) : file_(path, resumed) {}
   void put(std::span<const double> numbers, std::span<const std::string_view> texts) override;
+  /// Writes a whole table.
+  void write(const Table& table) {
+    file_.write(table.csv_header());
+    file_.write(table.csv_rows());
+  }
   /// Flushes all output to the operating system and saves its position.
   void save_to(MemoryWriter& m) override;
   void load_from(MemoryReader& m) override;

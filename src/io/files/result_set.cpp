@@ -19,7 +19,7 @@ using Path = std::filesystem::path;
 
 constexpr const char* summary_name = "run.json";
 /// Files that a run may write beside run.json, in the order of their renaming.
-constexpr std::array file_names{"trajectory.csv", "events.csv", "signals.csv", "forces.csv"};
+constexpr std::array file_names{"trajectory.csv", "events.csv", "signals.csv", "forces.csv", "pressure.csv"};
 
 Path half(const Path& folder, const std::string& name) { return folder / (name + ".partial"); }
 

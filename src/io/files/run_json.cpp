@@ -72,6 +72,16 @@ nlohmann::json film_json(const FilmSummary& s) {
   return j;
 }
 
+nlohmann::json bearing_json(const BearingSummary& s) {
+  nlohmann::json j = {{"observed_s", s.time},
+                      {"sliding_m", s.sliding},
+                      {"force_times_sliding_N_m", s.work},
+                      {"greatest_pressure_Pa", s.greatest_pressure}};
+  if (s.bearing_wear_rate) j["bearing_wear_rate_m2_per_s"] = *s.bearing_wear_rate;
+  if (s.journal_wear_rate) j["journal_wear_rate_m2_per_s"] = *s.journal_wear_rate;
+  return j;
+}
+
 }  // namespace
 
 std::string format_note(const Scene& scene) {
@@ -182,6 +192,7 @@ nlohmann::json to_json(const Result& s) {
   }
   if (s.extremes.friction_residual > 0)
     document["greatest_joint_friction_residual"] = s.extremes.friction_residual;
+  for (const auto& b : s.bearings) document["bearings"][b.joint] = bearing_json(b);
   if (!s.undetermined.empty()) document["undetermined_reactions"] = s.undetermined;
   return document;
 }
