@@ -101,6 +101,17 @@ std::string film_summary(const FilmSummary& f) {
       f.mean_loss);
 }
 
+std::string bearing_summary(const BearingSummary& b) {
+  auto text = fmt::format("{}: slides {:.4g} m in contact; greatest pressure {:.3g} Pa", b.joint, b.sliding,
+                          b.greatest_pressure);
+  const auto add = [&](const char* surface, const std::optional<double>& rate) {
+    if (rate) text += fmt::format("; wear of the {} {:.3g} m²/s of its cross-section", surface, *rate);
+  };
+  add("bearing", b.bearing_wear_rate);
+  add("journal", b.journal_wear_rate);
+  return text + "\n";
+}
+
 std::vector<std::string> films_of(const Scene& scene) {
   std::vector<std::string> names;
   for (const auto& joint : scene.mechanism.joints)
@@ -190,6 +201,7 @@ int run(const RunRequest& request) {
     if (c.film) text += film_summary(*c.film);
     fmt::print("{}", wrapped(text));
   }
+  for (const auto& b : summary.bearings) fmt::print("{}", wrapped(bearing_summary(b)));
   if (std::isfinite(summary.ledger.closure()))
     fmt::print("energy balance closes to {:.2g} J of {:.3g} J\n", summary.ledger.closure(),
                summary.ledger.scale());

@@ -184,6 +184,22 @@ void bearings(const Looked& l, Found& found) {
   }
 }
 
+/// Dry metals and plastics have wear coefficients of 1e-18 to 1e-12 m²/N.
+void wear(const Looked& l, Found& found) {
+  const auto ask = [&](const std::string& joint, const char* key, const std::optional<double>& k) {
+    if (k && *k > 1e-9)
+      found.add(
+          fmt::format("joints.{}.{} = {:.6g} m²/N is a thousand times that of the softest bearings; "
+                      "{:.6g} mm³/(N m) would be {:.4g}",
+                      joint, key, *k, *k, 1e-9 * *k));
+  };
+  for (const auto& joint : l.m.joints)
+    if (const auto* r = std::get_if<RevoluteJoint>(&joint); r && r->clearance) {
+      ask(r->name, "bearing_wear", r->clearance->bearing_wear);
+      ask(r->name, "journal_wear", r->clearance->journal_wear);
+    }
+}
+
 /// Lengths in mm: an arm beyond 5 m with less than 50 g/m, beyond 20 m with less than 0.2 kg/m,
 /// beyond 100 m with less than 1 kg/m. A disc of less than 10 g/m² is lighter than any paper.
 void millimetres(const Looked& l, Found& found) {
@@ -290,7 +306,8 @@ void unguided(const Looked& l, Found& found) {
   }
 }
 
-constexpr std::array rules{degrees, modulus, gyration, bearings, millimetres, gravity, speeds, unguided};
+constexpr std::array rules{degrees,     modulus, gyration, bearings, wear,
+                           millimetres, gravity, speeds,   unguided};
 
 }  // namespace
 

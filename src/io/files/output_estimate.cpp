@@ -16,6 +16,7 @@
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/saddle_point.hpp"
+#include "simulation/pressure_table.hpp"
 
 namespace freeplay {
 namespace {
@@ -122,6 +123,10 @@ OutputEstimate estimate_output(const Scene& scene, const State& start) {
   estimate.files.push_back({"trajectory.csv", rows * (t + 1 + state)});
   if (scene.run.forces)
     estimate.files.push_back({"forces.csv", rows * (t + 1 + forces_row(scene, system, start, constant))});
+  // At most eight columns of a joint.
+  if (const auto joints = observed_bearings(scene).size(); joints > 0)
+    estimate.files.push_back(
+        {"pressure.csv", static_cast<double>(pressure_angles * (1 + 8 * joints)) * state_width});
   if (!scene.instruments.empty()) estimate.files.push_back({"signals.csv", signals(scene)});
   // Batches of the impacts of each contact, and the text of the scene.
   estimate.files.push_back(

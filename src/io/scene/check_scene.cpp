@@ -9,6 +9,8 @@
 #include "io/scene/scene_visitor.hpp"
 #include "io/scene/section.hpp"
 #include "mechanism/magnitude.hpp"
+#include "simulation/bearing_load.hpp"
+#include "simulation/bearing_pressure.hpp"
 
 namespace freeplay {
 namespace {
@@ -282,6 +284,7 @@ void check_elements_together(const Scene& scene) {
   check_point_bodies(m);
   for (const auto& joint : m.joints)
     if (const auto* pin = std::get_if<RevoluteJoint>(&joint)) (void)out_of_round(m, *pin);
+  for (const auto k : observed_bearings(scene)) (void)foundation_of(m, std::get<RevoluteJoint>(m.joints[k]));
 }
 
 void check_scene(const Scene& scene) try {
