@@ -50,6 +50,13 @@ struct Sums {
   }
 };
 
+/// Width of an even distribution of directions whose mean vector has a length of `length`: √12 times its
+/// standard deviation; 0 below rounding.
+double width_of(double length) {
+  const double width = std::sqrt(24 * std::max(0.0, 1 - length));
+  return width > 1e-6 ? width : 0;
+}
+
 /// A class: sums weighted by F ds and by F dt.
 struct Class {
   Sums by_distance, by_time;
@@ -227,8 +234,20 @@ void BearingLoadObserver::step(const Step& step) {
   std::ranges::copy(step.v1, before_.begin());
 }
 
-/// Adds the forces from a to b.
+/// Adds the forces from a to b, in parts.
 void BearingLoadObserver::observe(const Step& step, double a, double b) {
+  constexpr double most_turn = pi / 720, most_parts = 4096;
+  double fastest = 0;
+  for (const auto& bearing : bearings_)
+    for (const int body : bearing.bodies)
+      fastest = std::max({fastest, std::abs(angle_of(step.v0, body)), std::abs(angle_of(step.v1, body))});
+  const double parts = std::clamp(std::ceil(fastest * (b - a) / most_turn), 1.0, most_parts);
+  for (double k = 0; k < parts; ++k)
+    observe_part(step, a + k / parts * (b - a), a + (k + 1) / parts * (b - a));
+  time_ += b - a;
+}
+
+void BearingLoadObserver::observe_part(const Step& step, double a, double b) {
   constexpr double root = 0.7745966692414834;  // √(3/5)
   constexpr std::array nodes{0.5 - 0.5 * root, 0.5, 0.5 + 0.5 * root}, weights{5.0 / 18, 8.0 / 18, 5.0 / 18};
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -245,7 +264,6 @@ void BearingLoadObserver::observe(const Step& step, double a, double b) {
       bearing.sliding += speed * dt;
     }
   }
-  time_ += b - a;
 }
 
 /// Adds impacts at the positions q_.
@@ -278,8 +296,11 @@ std::vector<BearingLoads> BearingLoadObserver::loads() const {
     for (const auto& [key, one] : b.classes) {
       const auto& s = one.by_distance.weight > 0 ? one.by_distance : one.by_time;
       BearingLoad load;
-      load.on_bearing = std::atan2(s.directions[1], s.directions[0]);
-      load.on_journal = std::atan2(s.directions[3], s.directions[2]);
+      const auto& d = s.directions;
+      load.on_bearing = std::atan2(d[1], d[0]);
+      load.on_journal = std::atan2(d[3], d[2]);
+      load.width_on_bearing = width_of(std::hypot(d[0], d[1]) / s.weight);
+      load.width_on_journal = b.merged ? 0 : width_of(std::hypot(d[2], d[3]) / s.weight);
       load.force = s.known > 0 ? s.force / s.known : known > 0 ? force / known : one.by_time.weight / time_;
       load.work = one.by_distance.weight;
       load.impulse = one.by_time.weight;

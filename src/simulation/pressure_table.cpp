@@ -21,28 +21,42 @@ SurfaceLoad empty_surface(std::size_t n) {
   return {zero, zero, zero, zero};
 }
 
-/// Adds a class of loads to one of its surfaces.
+/// What a class of loads adds to one of its surfaces.
 struct Addition {
   double impulse_share = 0;  ///< ∫ F dt/(F T)
   double distance = 0;       ///< m, ∫ F ds/F
   double wear = 0;           ///< m/(s Pa), k ∫F ds/(T ∫ p dA)
-
-  void to(SurfaceLoad& surface, std::size_t k, double p) const {
-    surface.mean[k] += impulse_share * p;
-    surface.wear_rate[k] += wear * p;
-    if (p > 0) surface.sliding[k] += distance;
-  }
 };
 
-/// Values at angles shifted by `turn`: interpolated linearly, which keeps their sum.
+/// Calls take(k, p, share) with pressures turned to angles less by `turn`, for directions that are distributed
+/// evenly over `width`. They are interpolated linearly, which keeps their sum.
 template <class Take>
-void each_turned(const std::vector<double>& values, double turn, const Take& take) {
+void each_turned(const std::vector<double>& values, double turn, double width, const Take& take) {
   const auto n = static_cast<long>(values.size());
-  const double place = turn / (2 * pi) * static_cast<double>(n), low = std::floor(place), share = place - low;
-  const auto at = [&](long k) { return values[static_cast<std::size_t>((k % n + n) % n)]; };
-  const auto first = static_cast<long>(low) % n;
-  for (long k = 0; k < n; ++k)
-    take(static_cast<std::size_t>(k), (1 - share) * at(k + first) + share * at(k + first + 1));
+  const double step = 2 * pi / static_cast<double>(n);
+  const int parts = width > 0 ? static_cast<int>(std::ceil(4 * width / step)) : 1;
+  for (int part = 0; part < parts; ++part) {
+    const double place = (turn + width * ((part + 0.5) / parts - 0.5)) / step, low = std::floor(place);
+    const double share = place - low;
+    const auto at = [&](long k) { return values[static_cast<std::size_t>((k % n + n) % n)]; };
+    const auto first = static_cast<long>(low) % n;
+    for (long k = 0; k < n; ++k)
+      take(static_cast<std::size_t>(k), (1 - share) * at(k + first) + share * at(k + first + 1), 1.0 / parts);
+  }
+}
+
+void add_class(SurfaceLoad& surface, const std::vector<double>& p, double turn, double width,
+               const Addition& add) {
+  each_turned(p, turn, width, [&](std::size_t k, double pressure, double share) {
+    surface.mean[k] += share * add.impulse_share * pressure;
+    surface.wear_rate[k] += share * add.wear * pressure;
+    if (pressure > 0) surface.sliding[k] += share * add.distance;
+  });
+}
+void raise_greatest(SurfaceLoad& surface, const std::vector<double>& p, double turn, double width) {
+  each_turned(p, turn, width, [&](std::size_t k, double pressure, double) {
+    surface.greatest[k] = std::max(surface.greatest[k], pressure);
+  });
 }
 
 const RevoluteJoint& bearing_named(const Scene& scene, const std::string& name) {
@@ -65,9 +79,6 @@ BearingSurfaces surfaces_of(const Scene& scene, const BearingLoads& loads, std::
   BearingSurfaces out{loads.joint, empty_surface(n)};
   if (!loads.merged) out.journal = empty_surface(n);
   Pressure pressure;
-  const auto raise = [](std::vector<double>& most, std::size_t k, double p) {
-    most[k] = std::max(most[k], p);
-  };
   if (!(loads.time > 0)) return out;
   for (const auto& load : loads.loads) {
     const double turn = loads.merged ? 0 : load.on_bearing - load.on_journal;
@@ -77,9 +88,8 @@ BearingSurfaces surfaces_of(const Scene& scene, const BearingLoads& loads, std::
     };
     try {
       find(load.greatest);
-      for (std::size_t k = 0; k < n; ++k) raise(out.bearing.greatest, k, pressure.p[k]);
-      if (out.journal)
-        each_turned(pressure.p, turn, [&](std::size_t k, double p) { raise(out.journal->greatest, k, p); });
+      raise_greatest(out.bearing, pressure.p, 0, load.width_on_bearing);
+      if (out.journal) raise_greatest(*out.journal, pressure.p, turn, load.width_on_journal);
       if (load.greatest > load.force) find(load.force);
     } catch (const NoEquilibrium& e) {
       out.omitted += load.impulse;
@@ -88,12 +98,12 @@ BearingSurfaces surfaces_of(const Scene& scene, const BearingLoads& loads, std::
     }
     Addition add{load.impulse / (load.force * loads.time), load.work / load.force,
                  c.bearing_wear.value_or(0) * load.work / (pressure.total * loads.time)};
-    for (std::size_t k = 0; k < n; ++k) add.to(out.bearing, k, pressure.p[k]);
+    add_class(out.bearing, pressure.p, 0, load.width_on_bearing, add);
     if (!out.journal) continue;
     // ∫ p dA on the smaller circumference of the journal
     add.wear = c.journal_wear.value_or(0) * load.work * foundation.bearing_radius /
                (foundation.journal_radius() * pressure.total * loads.time);
-    each_turned(pressure.p, turn, [&](std::size_t k, double p) { add.to(*out.journal, k, p); });
+    add_class(*out.journal, pressure.p, turn, load.width_on_journal, add);
   }
   return out;
 }

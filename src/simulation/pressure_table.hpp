@@ -8,7 +8,8 @@
 //     wear rate          Σ k p̂ ∫F ds/(F T),   p̂ = p F/∫ p dA
 //
 // p̂ is normalised so that the worn area of the cross-section grows with k ∫F ds/L. The pressure on the
-// journal is that on the bearing, turned by the class's angle between both bodies.
+// journal is that on the bearing, turned by the class's angle between both bodies. The directions of a class
+// are distributed evenly over their width.
 //
 //     const auto list = pressures(scene, observer.loads());
 //     Table table = pressure_table(list);
