@@ -50,6 +50,8 @@ TEST_CASE("unit plausibility: each implausible unit raises one question with the
       {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=0.25"},
        "0.2 mm would be 0.0002"},
       {{"joints.rocker_pin.clearance=0.2", "joints.rocker_pin.bearing_radius=10"}, "10 mm would be 0.01"},
+      {{"joints.rocker_pin.bearing_wear=1e-6", "joints.rocker_pin.bearing_length=0.02"},
+       "1e-06 mm³/(N m) would be 1e-15"},
       {{"gravity=[0,-9810]"}, "9810 mm/s² would be 9.81"},
       {{"gravity=[0,-981]"}, "981 cm/s² would be 9.81"},
       {{"drives.motor.speed_rpm=250000"}, "rpm would be"},
