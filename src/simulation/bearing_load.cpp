@@ -16,7 +16,7 @@
 namespace freeplay {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 const RevoluteJoint* bearing_at(const Mechanism& m, std::size_t joint) {
   const auto* pin = std::get_if<RevoluteJoint>(&m.joints[joint]);

@@ -15,7 +15,7 @@
 namespace freeplay {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Σ (−1)^(k − first) c(k) t^(2k + 1) over k ≥ first, for t < 0.5: at most 30 terms.
 template <class Coefficient>
@@ -28,7 +28,7 @@ double odd_series(double t, int first, Coefficient c) {
   }
   return sum;
 }
-constexpr double series_below = 0.5;  // tan α
+constexpr double tangent_series_below = 0.5;  // tan α
 
 /// tan α for cos α = 1/(1 + δ).
 double tangent(double depth) { return std::sqrt(depth * (2 + depth)); }
@@ -68,10 +68,10 @@ struct Resultant {
   double greatest = 0;
 };
 
-class Equilibrium {
+class JournalSearch {
  public:
-  Equilibrium(const Foundation& foundation, std::span<const double> bearing, std::span<const double> journal,
-              double turn, Pressure& out)
+  JournalSearch(const Foundation& foundation, std::span<const double> bearing,
+                std::span<const double> journal, double turn, Pressure& out)
       : f_(foundation),
         bearing_(bearing),
         journal_(journal),
@@ -333,7 +333,7 @@ Foundation foundation_of(const Mechanism& mechanism, const RevoluteJoint& joint)
 
 double RoundFoundation::force(double depth) {
   const double t = tangent(depth);
-  if (t < series_below)
+  if (t < tangent_series_below)
     return odd_series(t, 1, [](int k) { return 2.0 / ((2 * k - 1) * (2 * k + 1)); }) / (1 + depth);
   return ((1 + t * t) * std::atan(t) - t) / (1 + depth);
 }
@@ -345,14 +345,14 @@ double RoundFoundation::slope(double depth) {
 
 double RoundFoundation::energy(double depth) {
   const double t = tangent(depth);
-  if (t < series_below)
+  if (t < tangent_series_below)
     return odd_series(t, 2, [](int k) { return 2.0 * (k - 1) / ((2 * k - 1) * (2 * k + 1)); });
   return 0.5 * (std::atan(t) * (3 + t * t) - 3 * t);
 }
 
 void solve(const Foundation& foundation, std::span<const double> bearing, std::span<const double> journal,
            double turn, double force, double direction, double softening, Pressure& out) {
-  Equilibrium(foundation, bearing, journal, turn, out)
+  JournalSearch(foundation, bearing, journal, turn, out)
       .solve({force * std::cos(direction), force * std::sin(direction)},
              1 / foundation.at(force) + softening);
 }

@@ -12,7 +12,7 @@
 namespace freeplay {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 /// A smaller share of the impulses is omitted without a warning: forces of rounding press nothing.
 constexpr double omitted_share = 1e-6;
 

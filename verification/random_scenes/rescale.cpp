@@ -111,7 +111,10 @@ Scene rescaled(Scene scene, const Units& u) {
                           },
                           [&](AngleStop& c) { stop(c.stop), c.radius = c.arm() * L; }},
                contact);
-  for (auto& s : m.surfaces) maybe(s.young, force / (L * L));
+  for (auto& s : m.surfaces) {
+    maybe(s.young, force / (L * L)), maybe(s.layer_modulus, force / (L * L));
+    maybe(s.layer_thickness, L);
+  }
   for (auto& l : m.lubricants) l.viscosity *= force * T / (L * L), maybe(l.hand_over, L);
   for (auto& p : m.profiles) {
     for (auto& row : p.harmonics) row[1] *= L, row[2] *= L;
