@@ -6,7 +6,7 @@
 
 #include "mechanism/error.hpp"
 #include "mechanism/mechanism.hpp"
-#include "values/vec2.hpp"
+#include "numerics/convex_hull.hpp"
 
 namespace freeplay {
 namespace {
@@ -20,25 +20,6 @@ constexpr std::size_t most_arcs = 64;
 std::size_t samples(const Roundness& a, const Roundness& b) {
   const double waves = CamProfile::turn / std::min(a.narrowest(), b.narrowest());
   return static_cast<std::size_t>(std::clamp(128 * waves, 4096.0, 131072.0));
-}
-
-/// The convex hull of points in counterclockwise order around the origin, as their indices. It begins at the
-/// point farthest from the origin, which belongs to the hull.
-std::vector<std::size_t> hull(const std::vector<Vec2>& points) {
-  const auto n = points.size();
-  const auto first =
-      static_cast<std::size_t>(std::ranges::max_element(points, {}, &Vec2::squared_norm) - points.begin());
-  std::vector<std::size_t> list;
-  for (std::size_t i = 0; i <= n; ++i) {
-    const auto next = (first + i) % n;
-    while (list.size() > 1) {
-      const Vec2 &a = points[list[list.size() - 2]], &b = points[list.back()];
-      if (cross(b - a, points[next] - b) > 0) break;
-      list.pop_back();
-    }
-    if (i < n) list.push_back(next);
-  }
-  return list;
 }
 
 }  // namespace
@@ -128,7 +109,7 @@ OutOfRound::OutOfRound(Roundness bearing_surface, Roundness journal_surface, dou
     const double phi = spacing * static_cast<double>(k);
     points[k] = (1 / h_at(k)[0]) * Vec2{std::cos(phi), std::sin(phi)};
   }
-  const auto vertices = hull(points);
+  const auto vertices = convex_hull(points);
   // Runs of vertices at successive samples, counted from the first one behind a corner.
   const auto count = vertices.size();
   const auto is_corner = [&](std::size_t i) {  // between vertices i and i + 1

@@ -164,6 +164,7 @@ const std::vector<Members>& all_members() {
       {"validate-points", {"points.json", "points.csv", "curves.csv", "figures/points*"}},
       {"tradeoff", {"tradeoff.json", "tradeoff.csv", "figures/tradeoff_*"}},
       {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},
+      {"wear", {"wear.json", "wear.csv", "profiles.csv", "wear.md", "figures/wear*"}},
       {"scaling", {"scaling.json", "scaling.csv", "figures/scaling*"}},
       {"export", {"mechanism.pvd", "frame_*.vtp"}},
       {"animate", {"animation.mp4", "animation.gif", "frame_*.svg"}},

@@ -105,6 +105,7 @@ SceneError in_study(const Study& study, const SceneError& error) {
   set_in("bifurcation", study.bifurcation);
   set_in("basin", study.basin);
   set_in("continue", study.continuation);
+  set_in("wear", study.wear);
   for (const auto& axis : study.axes) {
     look({"axes"}, axis.name, axis.key + "=");
     for (const auto& key : axis.others) look({"axes"}, axis.name, key + "=");

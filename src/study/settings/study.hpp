@@ -286,6 +286,7 @@ struct Study {
   std::optional<BifurcationPlan> bifurcation;
   std::optional<BasinPlan> basin;
   std::optional<ContinuationPlan> continuation;
+  std::optional<WearPlan> wear;
 
   static constexpr Range below_one{[](double x) { return x >= 0 && x < 1; }, "at least 0 and below 1"};
 
@@ -374,6 +375,7 @@ struct Study {
       k.part("bifurcation", "[bifurcation]", x.bifurcation);
       k.part("basin", "[basin]", x.basin);
       k.part("continue", "[continue]", x.continuation);
+      k.part("wear", "[wear]", x.wear);
     }
   }
 };

@@ -1,4 +1,4 @@
-// The tables [measure], [bifurcation], [basin] and [continue] of a study, and the readers of values that are
+// The tables [measure], [bifurcation], [basin], [continue] and [wear] of a study, and the readers of values that are
 // neither numbers nor plain texts, for the verb `other` of the `keys()` visitors (io/scene/section.hpp).
 // Each function reads a key that is given and throws SceneError with its position.
 #pragma once
@@ -247,6 +247,43 @@ struct ContinuationPlan : ContinuationRequest {
            "all"},
           "names", second->kinds, read_curve_kinds);
     }
+  }
+};
+
+// The table [wear] of a study. docs/reference/study.md lists its keys.
+
+/// Where the wear of a scene's bearings ends, and how its cycles are chosen (study/wear/wear_cycles.hpp).
+struct WearPlan {
+  std::vector<std::string> overrides;  ///< keys of the scene, KEY=VALUE
+  /// Ends: number of turns; m, depth of one surface; m, measured clearance of a joint. At least one.
+  std::optional<double> turns, depth, clearance;
+  double share = 0.05;                   ///< greatest relative change of clearance and rates in a cycle
+  std::optional<double> longest;         ///< turns of a cycle, at most
+  int points = 720;                      ///< angles of each surface
+  std::optional<double> life_clearance;  ///< m, for the verdict
+
+  static constexpr Range angles{
+      [](double x) { return x >= 90 && x <= 7200 && x == static_cast<double>(static_cast<int>(x)); },
+      "a whole number from 90 to 7200"};
+  static constexpr Range of_change{[](double x) { return x >= 1e-4 && x <= 0.5; }, "from 0.0001 to 0.5"};
+
+  static void keys(auto& k, auto& x) {
+    k.names({"set", "", "keys of the scene, KEY=VALUE"}, x.overrides);
+    k.take({"turns", "", "wear ends after this number of turns: periods of the study", "–"}, x.turns,
+           one_or_more);
+    k.take({"depth", "m", "wear ends at this depth of a surface", "–"}, x.depth, positive);
+    k.take({"clearance", "m",
+            "wear ends at this measured radial clearance of a joint: half of the greatest free movement", "–"},
+           x.clearance, positive);
+    k.check(x.turns || x.depth || x.clearance, "turns", "is missing: give turns, depth or clearance");
+    k.take({"share", "",
+            "greatest relative change of the clearance and of the rates of wear in a cycle of extrapolation"},
+           x.share, of_change);
+    k.take({"longest", "", "greatest number of turns of a cycle; that of a run: no extrapolation", "–"},
+           x.longest, one_or_more);
+    k.take({"points", "", "number of angles of each worn surface"}, x.points, angles);
+    k.take({"life_clearance", "m", "measured radial clearance whose number of turns is the life", "clearance"},
+           x.life_clearance, positive);
   }
 };
 

@@ -277,7 +277,7 @@ void require_expressions(const Study& study) {
   }
 }
 
-// What concerns several keys of [calibrate], [bifurcation], [basin] or [continue] of a study, or
+// What concerns several keys of [calibrate], [bifurcation], [basin], [continue] or [wear] of a study, or
 // other tables.
 
 namespace {
@@ -406,6 +406,10 @@ void StudyReader::finish(Calibration& c) {
 void StudyReader::refuse_varied(const AttractorPlan& p, std::initializer_list<std::size_t> axes) {
   for (const auto place : axes)
     refuse_twice_set(s_, p.overrides, keys_of(study_.axes[place]), "axis " + study_.axes[place].name);
+}
+
+void StudyReader::finish(WearPlan& p) {
+  if (!p.life_clearance) p.life_clearance = p.clearance;
 }
 
 void StudyReader::finish(ContinuationPlan& p) {

@@ -70,6 +70,7 @@ class StudyReader : public SectionReader {
   void finish(BifurcationPlan& plan) { refuse_varied(plan, {plan.axis}); }
   void finish(BasinPlan& plan) { refuse_varied(plan, {plan.x, plan.y}); }
   void finish(ContinuationPlan& plan);
+  void finish(WearPlan& plan);
   void finish_quantity(Target& x);
   void finish_series(Target& x);
   /// Refuses keys that an axis varies and the plan also sets.

@@ -1,0 +1,233 @@
+#include "study/wear/wear_documents.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace freeplay {
+namespace {
+
+constexpr double two_sided = 1.96;  // standard errors of a 95 % interval
+
+/// m, half of the 95 % interval of a depth.
+double error_of(const WornDepth& d) { return two_sided * d.statistical + d.extrapolation; }
+double error_of(const WornJoint& j) { return error_of(j.in_bearing) + error_of(j.in_journal); }
+
+std::string micrometres(double x) { return fmt::format("{:.4g}", 1e6 * x); }
+
+/// A number of turns: 1234, 1.23e+06.
+std::string in_turns(double n) { return n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.3g}", n); }
+
+const char* reason(WearEnd end) {
+  switch (end) {
+    case WearEnd::turns: return "turns";
+    case WearEnd::depth: return "depth";
+    case WearEnd::clearance: return "clearance";
+    case WearEnd::no_load: return "no load";
+  }
+  return "";
+}
+
+/// "X ± Y um (penalty) and X ± Y um (nonsmooth)"
+std::string depths(const WearStudy& all, std::size_t j, WornDepth WornJoint::*which) {
+  std::vector<std::string> parts;
+  for (const auto& h : all.histories) {
+    const auto& d = h.cycles.back().joints[j].*which;
+    parts.push_back(
+        fmt::format("{} ± {:.2g} um ({})", micrometres(d.depth), 1e6 * error_of(d), h.formulation));
+  }
+  return fmt::format("{}", fmt::join(parts, " and "));
+}
+
+std::string life_in_words(const WearHistory& h, std::size_t j, double clearance) {
+  const auto life = life_of(h, j, clearance);
+  if (std::isinf(life.turns)) return fmt::format("is not reached ({})", h.formulation);
+  const auto range = std::isinf(life.high) ? fmt::format("from {} on", in_turns(life.low))
+                                           : fmt::format("{} to {}", in_turns(life.low), in_turns(life.high));
+  return fmt::format("is reached after {} turns{} ({}; 95 % interval {})", in_turns(life.turns),
+                     life.extrapolated ? ", extrapolated with the last rate" : "", h.formulation, range);
+}
+
+bool is_complete(const WearStudy& all) {
+  for (const auto& h : all.histories)
+    if (h.cycles.empty()) return false;
+  return !all.histories.empty();
+}
+
+}  // namespace
+
+WearLife life_of(const WearHistory& history, std::size_t j, double clearance) {
+  struct Point {
+    double turns, value, error;
+  };
+  std::vector<Point> points;
+  for (const auto& c : history.cycles)
+    points.push_back({c.turns, c.joints[j].bearing.measured_clearance(), error_of(c.joints[j])});
+  // One more point, by the last rate.
+  const auto last = points.back();
+  const std::size_t cycles = points.size();
+  if (cycles > 1) {
+    const auto& before = points[cycles - 2];
+    const double rate = (last.value - before.value) / (last.turns - before.turns);
+    const double grown = last.value - points.front().value;
+    if (rate > 0 && grown > 0) {
+      constexpr double far = 100;  // times the wear so far, or that to the clearance
+      const double more = far * std::max(grown, clearance - points.front().value);
+      points.push_back({last.turns + more / rate, last.value + more, last.error * (1 + more / grown)});
+    }
+  }
+  const auto crossing = [&](double sign) {
+    const auto value = [&](const Point& p) { return p.value + sign * p.error; };
+    if (value(points.front()) >= clearance) return points.front().turns;
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      const double a = value(points[i - 1]), b = value(points[i]);
+      if (b >= clearance)
+        return std::lerp(points[i - 1].turns, points[i].turns, (clearance - a) / (b - a));
+    }
+    return WearLimits::none;
+  };
+  WearLife life{clearance, crossing(0), crossing(1), crossing(-1), false};
+  life.extrapolated = life.turns > last.turns * (1 + 1e-9);
+  return life;
+}
+
+Table wear_table(const WearStudy& all) {
+  Table table(
+      "formulation,joint,cycle,turns,cycle_turns,bearing_depth,bearing_depth_statistical,"
+      "bearing_depth_extrapolation,journal_depth,journal_depth_statistical,journal_depth_extrapolation,"
+      "bearing_area,journal_area,bearing_volume,journal_volume,clearance,clearance_greatest,work_per_turn,"
+      "work_per_turn_error");
+  for (const auto& h : all.histories)
+    for (std::size_t j = 0; j < all.lengths.size(); ++j)
+      for (const auto& c : h.cycles) {
+        const auto& w = c.joints[j];
+        const auto& b = w.bearing;
+        const double bearing = b.bearing_area(), journal = b.journal_area(), length = all.lengths[j];
+        table.row(h.formulation, b.joint().name, c.number, c.turns, c.length, w.in_bearing.depth,
+                  w.in_bearing.statistical, w.in_bearing.extrapolation, w.in_journal.depth,
+                  w.in_journal.statistical, w.in_journal.extrapolation, bearing, journal, bearing * length,
+                  journal * length, b.measured_clearance(), b.greatest_clearance(), w.work, w.error);
+      }
+  return table;
+}
+
+Table profiles_table(const WearStudy& all) {
+  Table table("formulation,joint,cycle,turns,angle,bearing_depth,journal_depth");
+  for (const auto& h : all.histories)
+    for (std::size_t j = 0; j < all.lengths.size(); ++j)
+      for (const auto& c : h.cycles) {
+        const auto& b = c.joints[j].bearing;
+        const auto bearing = b.bearing_depth(), journal = b.journal_depth();
+        for (std::size_t k = 0; k < bearing.size(); ++k)
+          table.row(h.formulation, b.joint().name, c.number, c.turns,
+                    2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(bearing.size()),
+                    bearing[k], journal.empty() ? 0.0 : journal[k]);
+      }
+  return table;
+}
+
+nlohmann::json to_json(const WearPlan& plan, const WearStudy& all) {
+  auto results = nlohmann::json::array();
+  for (const auto& h : all.histories)
+    for (std::size_t j = 0; j < all.lengths.size(); ++j) {
+      const auto& last = h.cycles.back();
+      const auto& w = last.joints[j];
+      const auto depth = [](const WornDepth& d) {
+        return nlohmann::json{
+            {"depth_m", d.depth}, {"statistical_m", d.statistical}, {"extrapolation_m", d.extrapolation}};
+      };
+      nlohmann::json one = {{"formulation", h.formulation},
+                            {"joint", w.bearing.joint().name},
+                            {"bearing_radius_m", w.bearing.joint().foundation.bearing_radius},
+                            {"nominal_clearance_m", w.bearing.joint().foundation.clearance},
+                            {"length_m", all.lengths[j]},
+                            {"turns", last.turns},
+                            {"cycles", last.number},
+                            {"ended_by", reason(h.end)},
+                            {"bearing", depth(w.in_bearing)},
+                            {"journal", depth(w.in_journal)},
+                            {"bearing_area_m2", w.bearing.bearing_area()},
+                            {"journal_area_m2", w.bearing.journal_area()},
+                            {"clearance_m", w.bearing.measured_clearance()},
+                            {"greatest_clearance_m", w.bearing.greatest_clearance()},
+                            {"rounding_m", h.rounding}};
+      if (plan.life_clearance) {
+        const auto life = life_of(h, j, *plan.life_clearance);
+        const auto finite = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(); };
+        one["life"] = {{"clearance_m", life.clearance},
+                       {"turns", finite(life.turns)},
+                       {"low", finite(life.low)},
+                       {"high", finite(life.high)},
+                       {"extrapolated", life.extrapolated}};
+      }
+      results.push_back(std::move(one));
+    }
+  return {{"wear",
+           {{"results", results},
+            {"verdict", conclusion(plan, all)},
+            {"turn_s", all.turn},
+            {"turn_is_a_period", all.has_period},
+            {"simulated_turns", all.simulated},
+            {"starts", all.starts},
+            {"share", plan.share},
+            {"points", plan.points},
+            {"failures", all.failures}}}};
+}
+
+std::string conclusion(const WearPlan& plan, const WearStudy& all) {
+  if (!is_complete(all)) return "No cycle of wear was completed.";
+  std::string text;
+  for (std::size_t j = 0; j < all.lengths.size(); ++j) {
+    const auto& first = all.histories.front().cycles.back();
+    const auto& facts = first.joints[j].bearing.joint();
+    std::vector<std::string> after;
+    for (const auto& h : all.histories) after.push_back(in_turns(h.cycles.back().turns));
+    const bool alike = std::ranges::count(after, after.front()) == static_cast<long>(after.size());
+    text += fmt::format("After {} {}", alike ? after.front() : fmt::format("{}", fmt::join(after, " and ")),
+                        all.has_period ? "turns" : "runs of the evaluated time");
+    if (facts.bearing > 0)
+      text += fmt::format(" the bearing of {} is worn by {}", facts.name, depths(all, j, &WornJoint::in_bearing));
+    if (facts.journal > 0)
+      text += fmt::format("{} the journal of {} is worn by {}", facts.bearing > 0 ? ", and" : "", facts.name,
+                          depths(all, j, &WornJoint::in_journal));
+    text += ".";
+    if (plan.life_clearance) {
+      std::vector<std::string> lives;
+      for (const auto& h : all.histories) lives.push_back(life_in_words(h, j, *plan.life_clearance));
+      text += fmt::format(" A clearance of {} um {}.", micrometres(*plan.life_clearance), fmt::join(lives, " and "));
+    }
+    text += "\n";
+  }
+  for (const auto& h : all.histories)
+    if (h.end == WearEnd::no_load)
+      text += fmt::format("No joint that wears is loaded while it slides ({}): nothing wears.\n", h.formulation);
+  return text;
+}
+
+std::string wear_page(const Study& study, const WearStudy& all) {
+  Table table(
+      "joint,formulation,turns,cycles,bearing um,± um,journal um,± um,volume mm³,clearance um,greatest um");
+  for (std::size_t j = 0; j < all.lengths.size(); ++j)
+    for (const auto& h : all.histories) {
+      const auto& last = h.cycles.back();
+      const auto& w = last.joints[j];
+      table.row(w.bearing.joint().name, h.formulation, in_turns(last.turns), last.number,
+                micrometres(w.in_bearing.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_bearing)),
+                micrometres(w.in_journal.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_journal)),
+                fmt::format("{:.4g}", 1e9 * all.lengths[j] * (w.bearing.bearing_area() + w.bearing.journal_area())),
+                micrometres(w.bearing.measured_clearance()), micrometres(w.bearing.greatest_clearance()));
+    }
+  return fmt::format(
+      "# Wear: {}\n\n{}\n{}\n"
+      "Depths are the greatest ones, ± 1.96 standard errors and the extrapolation error. The clearance is half of "
+      "the greatest free movement of the journal; the greatest one adds both depths to the nominal clearance. Each "
+      "set of runs has {} starts of {:.4g} turns; surfaces of the runs are rounded by at most {:.2g} um.\n",
+      study.title.empty() ? study.file.stem().string() : study.title, conclusion(*study.wear, all),
+      table.markdown(), all.starts, all.simulated,
+      1e6 * std::ranges::max(all.histories, {}, &WearHistory::rounding).rounding);
+}
+
+}  // namespace freeplay

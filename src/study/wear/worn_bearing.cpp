@@ -1,0 +1,179 @@
+#include "study/wear/worn_bearing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "study/wear/worn_profile.hpp"
+
+namespace freeplay {
+namespace {
+
+constexpr int most_passes = 4096;
+
+double area_between(std::span<const double> inner, std::span<const double> outer, double radius) {
+  double sum = 0;
+  for (std::size_t k = 0; k < inner.size(); ++k)
+    sum += (outer[k] - inner[k]) * (radius + 0.5 * (outer[k] + inner[k]));
+  return std::numbers::pi * 2 / static_cast<double>(inner.size()) * sum;
+}
+
+double greatest_of(const std::vector<double>& list) {
+  return list.empty() ? 0 : *std::ranges::max_element(list);
+}
+
+/// The factor f with which the growth removes `area` (m²): the root of f Σ ρ Δh ± f² Σ Δh²/2, `sign`: 1 if the
+/// radius grows.
+double factor_of(std::span<const double> growth, std::span<const double> form, double radius, double sign,
+                 double area) {
+  double first = 0, second = 0;
+  for (std::size_t k = 0; k < growth.size(); ++k) {
+    first += growth[k] * (radius + form[k]);
+    second += 0.5 * growth[k] * growth[k];
+  }
+  const double step = 2 * std::numbers::pi / static_cast<double>(growth.size());
+  first *= step, second *= sign * step;
+  if (!(first > 0)) return 0;
+  const double root = first * first + 4 * second * area;
+  if (root < 0) throw NoEquilibrium("the wear of a cycle exceeds the radius of the journal");
+  return 2 * area / (first + std::sqrt(root));
+}
+
+}  // namespace
+
+WornBearing::WornBearing(WearingJoint joint)
+    : joint_(std::move(joint)), bearing_(joint_.bearing_form), journal_(joint_.journal_form) {
+  if (joint_.journal > 0 && journal_.empty()) journal_.assign(bearing_.size(), 0.0);
+  joint_.journal_form = journal_;
+}
+
+std::vector<double> WornBearing::bearing_depth() const {
+  auto depth = bearing_;
+  for (std::size_t k = 0; k < depth.size(); ++k) depth[k] -= joint_.bearing_form[k];
+  return depth;
+}
+std::vector<double> WornBearing::journal_depth() const {
+  auto depth = joint_.journal_form;
+  for (std::size_t k = 0; k < depth.size(); ++k) depth[k] -= journal_[k];
+  return depth;
+}
+
+double WornBearing::bearing_area() const {
+  return area_between(joint_.bearing_form, bearing_, joint_.foundation.bearing_radius);
+}
+double WornBearing::journal_area() const {
+  return area_between(journal_, joint_.journal_form, joint_.foundation.journal_radius());
+}
+
+double WornBearing::greatest_bearing() const { return greatest_of(bearing_depth()); }
+double WornBearing::greatest_journal() const { return greatest_of(journal_depth()); }
+
+double WornBearing::greatest_clearance() const {
+  return joint_.foundation.clearance + greatest_bearing() + greatest_journal();
+}
+
+double WornBearing::measured_clearance() const {
+  const double c = joint_.foundation.clearance;
+  const auto count = support_points(bearing_.size());
+  const auto widest = [&](std::span<const double> form, double radius, double sign) {
+    if (form.empty()) return 0.0;
+    auto h = support_deviations(form, radius, count);
+    for (auto& value : h) value = c + sign * value;
+    h = convex_support(h);
+    double most = 0;
+    for (std::size_t k = 0; k < count; ++k) most = std::max(most, h[k] + h[(k + count / 2) % count]);
+    return 0.5 * most - c;
+  };
+  const auto& f = joint_.foundation;
+  return c + widest(bearing_, f.bearing_radius, 1) + widest(journal_, f.journal_radius(), -1);
+}
+
+void WornBearing::growth(const BearingLoad& load, double sliding) {
+  const auto n = bearing_.size();
+  const double step = 2 * std::numbers::pi / static_cast<double>(n);
+  deeper_bearing_.resize(n);
+  for (std::size_t k = 0; k < n; ++k) deeper_bearing_[k] = joint_.bearing * pressure_.p[k] * sliding;
+  if (!(joint_.journal > 0)) return;
+  // The place ψ of the journal touches the bearing at φ = ψ + θ_j − θ_i − (x × e)/R_j.
+  deeper_journal_.resize(n);
+  const double turn = load.on_bearing - load.on_journal, R = joint_.foundation.journal_radius();
+  for (std::size_t k = 0; k < n; ++k) {
+    const double there = step * static_cast<double>(k) + turn;
+    const Vec2 e{std::cos(there), std::sin(there)};
+    const double place = (there - cross(pressure_.centre, e) / R) / step, low = std::floor(place);
+    const auto count = static_cast<long>(n), at = static_cast<long>(low) % count;
+    const auto a = static_cast<std::size_t>(at < 0 ? at + count : at), b = a + 1 == n ? 0 : a + 1;
+    deeper_journal_[k] =
+        joint_.journal * sliding * std::lerp(pressure_.p[a], pressure_.p[b], place - low);
+  }
+}
+
+void WornBearing::apply(const BearingLoad& load, double sliding, double& softening) {
+  const auto& f = joint_.foundation;
+  const double area = load.force * sliding / f.length;
+  const auto press = [&] {
+    solve(f, bearing_, journal_, load.on_bearing - load.on_journal, load.force, load.on_bearing,
+          softening * sliding, pressure_);
+    growth(load, sliding);
+    const double of_bearing =
+        joint_.bearing > 0
+            ? factor_of(deeper_bearing_, bearing_, f.bearing_radius, 1, joint_.bearing * area)
+            : 0;
+    const double of_journal =
+        joint_.journal > 0
+            ? factor_of(deeper_journal_, journal_, f.journal_radius(), -1, joint_.journal * area)
+            : 0;
+    softening = of_bearing * joint_.bearing + of_journal * joint_.journal;
+    return std::pair(of_bearing, of_journal);
+  };
+  if (softening == 0) {  // the first step of this class
+    softening = joint_.bearing + joint_.journal;
+    press();
+  }
+  const auto [of_bearing, of_journal] = press();
+  if (joint_.bearing > 0)
+    for (std::size_t k = 0; k < bearing_.size(); ++k) bearing_[k] += of_bearing * deeper_bearing_[k];
+  if (joint_.journal > 0)
+    for (std::size_t k = 0; k < journal_.size(); ++k) journal_[k] -= of_journal * deeper_journal_[k];
+}
+
+void WornBearing::pass(std::span<const BearingLoad> loads, double share, bool backward) {
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    const auto k = backward ? loads.size() - 1 - i : i;
+    if (loads[k].work > 0 && loads[k].force > 0)
+      apply(loads[k], share * loads[k].work / loads[k].force, softenings_[k]);
+  }
+}
+
+void WornBearing::wear(std::span<const BearingLoad> loads, double share, double tolerance) {
+  if (!(share > 0)) return;
+  const auto bearing = bearing_, journal = journal_;
+  const auto run = [&](int passes) {
+    bearing_ = bearing, journal_ = journal;
+    softenings_.assign(loads.size(), 0.0);
+    for (int i = 0; i < passes; ++i) pass(loads, share / passes, i % 2 == 1);
+  };
+  const auto farthest = [](const std::vector<double>& a, const std::vector<double>& b) {
+    double most = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) most = std::max(most, std::abs(a[k] - b[k]));
+    return most;
+  };
+  for (int passes = std::max(2, passes_ / 2);; passes *= 2) {
+    if (passes > most_passes) {
+      bearing_ = bearing, journal_ = journal;
+      throw NoEquilibrium("the wear of a cycle does not converge over passes through its loads");
+    }
+    if (passes == std::max(2, passes_ / 2)) run(passes / 2);
+    const auto coarse_bearing = bearing_, coarse_journal = journal_;
+    run(passes);
+    const double changed =
+        std::max(farthest(bearing_, coarse_bearing), farthest(journal_, coarse_journal));
+    const double grown = std::max(farthest(bearing_, bearing), farthest(journal_, journal));
+    if (changed <= tolerance * grown) {
+      passes_ = passes;
+      return;
+    }
+  }
+}
+
+}  // namespace freeplay

@@ -1,0 +1,86 @@
+// Worn surfaces of a bearing and its journal, and their wear by the loads of some turns.
+//
+// The depth of wear of each surface is a function of the polar angle of its own body, at n equal angles. A
+// class of loads (simulation/bearing_load.hpp) with the force F and the sliding distance Δs = ∫F ds/F presses
+// the journal into the bearing with the pressure p(φ) of the elastic foundation, and removes
+//
+//     Δh = f k p Δs,    with f such that the area ∫ (R + h + Δh/2) Δh dφ = k F Δs/L
+//
+// from each surface (journal: R − h − Δh/2): Archard's law, of which the pressure gives the shape. Each class
+// is an implicit step: p is that of the end of the step, with the foundation softened by s = f (k_b + k_j) Δs
+// (bearing_pressure.hpp). It is stable for any Δs. If Δs is large or the foundation rigid, the worn place has
+// the shape of the journal.
+//
+// The loads of many turns are applied in passes over all classes, forward and backward in turn, each with an
+// equal share of Δs. The number of passes is doubled until the depths change by less than a tolerance. The
+// splitting is of first order in the share of a pass.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "simulation/bearing_load.hpp"
+#include "simulation/bearing_pressure.hpp"
+
+namespace freeplay {
+
+/// Bearing and journal of one joint: constants.
+struct WearingJoint {
+  std::string name;                  ///< of the joint
+  Foundation foundation;             ///< between both surfaces
+  double bearing = 0, journal = 0;   ///< m²/N, wear coefficients; 0: does not wear
+  std::vector<double> bearing_form;  ///< m, initial deviations of the polar radius at n equal angles
+  std::vector<double> journal_form;  ///< m, likewise; empty: round
+};
+
+/// Bearing and journal of one joint: the worn surfaces.
+class WornBearing {
+ public:
+  /// Unworn. `joint.bearing_form` has n ≥ 8 angles, and `joint.journal_form` n or none.
+  explicit WornBearing(WearingJoint joint);
+
+  /// Wears both surfaces by these loads, times `share`. `tolerance`: greatest change of the depths when the
+  /// number of passes is doubled, as a share of the greatest growth of a depth. Throws NoEquilibrium, also if
+  /// the passes do not converge.
+  void wear(std::span<const BearingLoad> loads, double share, double tolerance);
+
+  /// Constants of the joint.
+  const WearingJoint& joint() const { return joint_; }
+  /// m, depths of wear at n equal angles from 0 in the axes of each body
+  std::vector<double> bearing_depth() const;
+  std::vector<double> journal_depth() const;
+  /// m, present deviations of the polar radii; journal: empty if it is round
+  const std::vector<double>& bearing_form() const { return bearing_; }
+  const std::vector<double>& journal_form() const { return journal_; }
+  /// Whether a surface has lost material.
+  bool bearing_worn() const { return bearing_ != joint_.bearing_form; }
+  bool journal_worn() const { return journal_ != joint_.journal_form; }
+  /// m², worn areas of the cross-section
+  double bearing_area() const;
+  double journal_area() const;
+  /// m, greatest depths
+  double greatest_bearing() const;
+  double greatest_journal() const;
+  /// m, nominal radial clearance with both greatest depths: the greatest distance of the surfaces if they are
+  /// placed concentrically
+  double greatest_clearance() const;
+  /// m, half of the greatest free movement of the journal's centre along a line, over all directions and
+  /// angles between both bodies: the radial clearance that a measurement of the play shows
+  double measured_clearance() const;
+
+ private:
+  void pass(std::span<const BearingLoad> loads, double share, bool backward);
+  void apply(const BearingLoad& load, double sliding, double& softening);
+  /// m, by how much p would deepen each surface, without f
+  void growth(const BearingLoad& load, double sliding);
+
+  WearingJoint joint_;
+  std::vector<double> bearing_, journal_;
+  int passes_ = 4;                  // that sufficed for the last loads
+  std::vector<double> softenings_;  // m²/N, f_b k_b + f_j k_j of each class; 0: not known yet
+  std::vector<double> deeper_bearing_, deeper_journal_;  // m, of the present class
+  Pressure pressure_;
+};
+
+}  // namespace freeplay
