@@ -11,8 +11,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <utility>
 
 #include "io/files/input_file.hpp"
@@ -38,14 +38,16 @@ struct WearCurve {
 };
 
 std::vector<WearCurve> curves_in(const std::filesystem::path& folder) {
-  const ReadTable table(folder / "wear.csv", {"formulation", "joint"},
-                        {"cycle", "turns", "bearing_depth", "bearing_depth_statistical", "bearing_depth_extrapolation",
-                         "journal_depth", "journal_depth_statistical", "journal_depth_extrapolation"});
+  const ReadTable table(
+      folder / "wear.csv", {"formulation", "joint"},
+      {"cycle", "turns", "bearing_depth", "bearing_depth_statistical", "bearing_depth_extrapolation",
+       "journal_depth", "journal_depth_statistical", "journal_depth_extrapolation"});
   std::vector<WearCurve> list;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto &formulation = table.text("formulation")[i], &joint = table.text("joint")[i];
     if (list.empty() || list.back().formulation != formulation || list.back().joint != joint)
-      list.push_back({.formulation = formulation, .joint = joint, .turns = {}, .cycle = {}, .depth = {}, .error = {}});
+      list.push_back(
+          {.formulation = formulation, .joint = joint, .turns = {}, .cycle = {}, .depth = {}, .error = {}});
     auto& c = list.back();
     c.turns.push_back(table.column("turns")[i]);
     c.cycle.push_back(table.column("cycle")[i]);
@@ -63,8 +65,8 @@ std::vector<WearCurve> curves_in(const std::filesystem::path& folder) {
 std::filesystem::path draw_depths(const std::filesystem::path& folder, const std::string& joint,
                                   const std::vector<WearCurve>& curves) {
   Figure f{.name = file_name("wear_depth", joint), .source = "wear.json"};
-  f.caption = fmt::format("Greatest depth of wear in {} over turns, ± 1.96 standard errors and the extrapolation error.",
-                          joint);
+  f.caption = fmt::format(
+      "Greatest depth of wear in {} over turns, ± 1.96 standard errors and the extrapolation error.", joint);
   f.script.add("set style fill transparent solid 0.25 noborder\n");
   PanelStack stack{.abscissa = {AxisTitle::of("turns", ""), {}}, .panels = {}, .each = 4.5};
   Limits turns;
@@ -78,8 +80,8 @@ std::filesystem::path draw_depths(const std::filesystem::path& folder, const std
       for (std::size_t i = 0; i < c.turns.size(); ++i) values.hold(c.depth[side][i] + c.error[side][i]);
     if (!(values.most > 0)) continue;
     const auto unit = fitting_unit("m", values.most);
-    Panel panel{.title = AxisTitle::of(fmt::format("depth of the {}", surface_names[side].text()), Script().add("'h'"),
-                                       1, unit.name),
+    Panel panel{.title = AxisTitle::of(fmt::format("depth of the {}", surface_names[side].text()),
+                                       Script().add("'h'"), 1, unit.name),
                 .axis = axis_of(0, values.most / unit.size),
                 .curves = {}};
     for (const auto& c : curves) {
@@ -88,13 +90,14 @@ std::filesystem::path draw_depths(const std::filesystem::path& folder, const std
                               unit_of_turns.name, unit.name));
       for (std::size_t i = 0; i < c.turns.size(); ++i) {
         const double h = c.depth[side][i], e = c.error[side][i];
-        block.row({c.turns[i] / unit_of_turns.size, h / unit.size, std::max(0.0, h - e) / unit.size, (h + e) / unit.size});
+        block.row({c.turns[i] / unit_of_turns.size, h / unit.size, std::max(0.0, h - e) / unit.size,
+                   (h + e) / unit.size});
       }
-      panel.curves.push_back({Script().add("DATA index {} using 1:3:4 with filledcurves lc rgb {}", f.blocks.size(),
-                                           c.style() == 1 ? Word("C1") : Word("C2")),
+      panel.curves.push_back({Script().add("DATA index {} using 1:3:4 with filledcurves lc rgb {}",
+                                           f.blocks.size(), c.style() == 1 ? Word("C1") : Word("C2")),
                               ""});
-      add_curve(f, panel, std::move(block), Script().add("using 1:2 with linespoints ls {} pt 7 ps 0.4", c.style()),
-                c.formulation);
+      add_curve(f, panel, std::move(block),
+                Script().add("using 1:2 with linespoints ls {} pt 7 ps 0.4", c.style()), c.formulation);
     }
     stack.panels.push_back(std::move(panel));
   }
@@ -120,7 +123,8 @@ std::filesystem::path draw_profile(const std::filesystem::path& folder, const st
   for (const auto& c : curves) most = std::max(most, Limits(c.depth[side]).most);
   const double factor = round_factor(0.3 * radius / most), sign = side == 0 ? 1 : -1;
   const auto unit = fitting_unit("m", radius);
-  Figure f{.name = file_name(fmt::format("wear_profile_{}", surface_names[side].text()), joint), .source = "wear.json"};
+  Figure f{.name = file_name(fmt::format("wear_profile_{}", surface_names[side].text()), joint),
+           .source = "wear.json"};
   f.caption = fmt::format("Worn {} of {}, depth magnified {:.0f} times; thin: after earlier cycles.",
                           surface_names[side].text(), joint, factor);
   f.width_cm = 12;
@@ -157,9 +161,10 @@ std::filesystem::path draw_profile(const std::filesystem::path& folder, const st
   }
   const double wide = 1.05 * (side == 0 ? radius + factor * most : radius) / unit.size;
   panel.axis = {-wide, wide};
-  return draw_panels(
-      f, folder,
-      {.abscissa = {AxisTitle::of("x", unit.name), {-wide, wide}}, .panels = {std::move(panel)}, .equal_scales = true});
+  return draw_panels(f, folder,
+                     {.abscissa = {AxisTitle::of("x", unit.name), {-wide, wide}},
+                      .panels = {std::move(panel)},
+                      .equal_scales = true});
 }
 
 std::vector<std::filesystem::path> draw_wear(const std::filesystem::path& folder) {
@@ -183,7 +188,8 @@ std::vector<std::filesystem::path> draw_wear(const std::filesystem::path& folder
       radius = facts.number(at + "bearing_radius_m");
       clearance = facts.number(at + "nominal_clearance_m");
     }
-    if (!(radius > clearance) || !(clearance > 0)) facts.fail("wear.results", "must have the radii of each joint");
+    if (!(radius > clearance) || !(clearance > 0))
+      facts.fail("wear.results", "must have the radii of each joint");
     for (std::size_t side = 0; side < 2; ++side)
       if (std::ranges::any_of(own, [&](const WearCurve& c) { return c.worn(side); }))
         made.push_back(draw_profile(folder, joint, own, side, side == 0 ? radius : radius - clearance));

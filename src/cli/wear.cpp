@@ -24,16 +24,16 @@ struct WearRequest : Request {
 
 int wear(const WearRequest& request) {
   const auto study = read_study(request.study, request.reach);
-  if (!study.wear) throw SceneError(fmt::format("{}: has no table [wear]; see docs/how-to/wear.md", request.study));
+  if (!study.wear)
+    throw SceneError(fmt::format("{}: has no table [wear]; see docs/how-to/wear.md", request.study));
   const auto folder = result_folder(request.output, default_folder(study.file, "-wear"));
   const auto origin = provenance(study);  // before the runs, since it reads the scene as the study names it
   ResultSet set(folder, "wear");
   EnsembleStore store(folder / "wear.db", Database::Access::write, request.stop);
   Progress progress;
-  const auto all =
-      wear_study(study, request.conduct(), store, request.threads, [&](const WearProgress& p) {
-        progress.show(fmt::format("{}, {:.4g} turns", p.formulation, p.turns), p.share);
-      });
+  const auto all = wear_study(study, request.conduct(), store, request.threads, [&](const WearProgress& p) {
+    progress.show(fmt::format("{}, {:.4g} turns", p.formulation, p.turns), p.share);
+  });
   progress.clear();
   if (all.interrupted) return interrupted(Kept::runs);
   write_json(set.place() / "wear.json", to_json(*study.wear, all), origin);

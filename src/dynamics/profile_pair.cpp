@@ -19,11 +19,18 @@ constexpr double far_share = 1e-6;
 struct ProfilePair::Search {
   const ProfilePair& pair;
   const Vec2& d;
-  double angle, third;  // third: bound of |G‴|
+  double angle, far;  // far: |d|
   Place best;
 
+  /// Bound of |G‴| from a to b.
+  double third(double a, double b) const {
+    const double of_bearing = pair.arc.on_journal ? angle : 0, of_journal = pair.arc.on_journal ? 0 : -angle;
+    return pair.bearing().third(a + of_bearing, b + of_bearing) +
+           pair.journal().third(a + of_journal, b + of_journal) + far;
+  }
+
   void within(double a, double b) {
-    const double m = 0.5 * (a + b), w = 0.5 * (b - a);
+    const double m = 0.5 * (a + b), w = 0.5 * (b - a), third = this->third(a, b);
     const Place x = pair.look(d, angle, m);
     if (x.gap < best.gap) best = x;
     if (std::abs(x.slope) > (std::abs(x.bend) + 0.5 * third * w) * w) return;  // monotone
@@ -50,7 +57,7 @@ ProfilePair::Place ProfilePair::descend(const Vec2& d, double angle, Place x, do
 ProfilePair::Place ProfilePair::nearest(const Vec2& d, double angle) const {
   const double far = d.norm(), pi = std::numbers::pi;
   double psi = far > 0 ? std::atan2(d.y(), d.x()) : 0, a = psi - pi, b = psi + pi;
-  Search search{*this, d, angle, bearing().bounds().d3 + journal().bounds().d3 + far, {}};
+  Search search{*this, d, angle, far, {}};
   if (arc.whole) {
     search.best = look(d, angle, psi);
   } else {

@@ -1,6 +1,7 @@
 #include "mechanism/cam_profile.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -129,7 +130,29 @@ CamProfile CamProfile::through(const std::vector<std::pair<double, double>>& poi
     profile.narrowest_ = std::min(profile.narrowest_, w);
   }
   profile.finish();
+  auto& thirds = profile.thirds_;
+  thirds.emplace_back();
+  for (const auto& p : profile.pieces_) thirds[0].push_back(std::abs(6 * p.c[3]));
+  for (std::size_t span = 1; 2 * span <= n; span *= 2) {
+    const auto& half = thirds.back();
+    std::vector<double> whole(n);
+    for (std::size_t i = 0; i < n; ++i) whole[i] = std::max(half[i], half[(i + span) % n]);
+    thirds.push_back(std::move(whole));
+  }
   return profile;
+}
+
+double CamProfile::greatest_third(double a, double b) const {
+  const auto n = pieces_.size();
+  const double first = pieces_.front().begin;
+  const auto inside = [&](double x) { return x - turn * std::floor((x - first) / turn); };
+  const double from = inside(a), to = inside(b);
+  const auto i = index_at(from), j = index_at(to);
+  const bool all = b - a >= turn / 2 || (i == j && from > to);
+  const auto count = all ? n : (j + n - i) % n + 1;
+  const auto level = static_cast<std::size_t>(std::bit_width(count)) - 1;
+  const auto& list = thirds_[level];
+  return std::max(list[i], list[(i + count - (std::size_t{1} << level)) % n]);
 }
 
 /// Bounds: the greatest sample plus half a spacing times the greatest next derivative.

@@ -64,6 +64,8 @@ class CamProfile {
   const Bounds& bounds() const { return bounds_; }
   /// rad, width of the narrowest piece with varying lift.
   double narrowest() const { return narrowest_; }
+  /// m/rad³, of a table: the greatest |h‴| from a to b (rad), a ≤ b.
+  double greatest_third(double a, double b) const;
   /// Calls f(φ, Value) at closely spaced angles over the turn, at least 16 for each piece.
   template <class F>
   void each(F f) const {
@@ -118,11 +120,17 @@ class CamProfile {
         });
     return value<P>(p, u);
   }
+  /// The piece at an angle from that of the first one on.
+  std::size_t index_at(double x) const {
+    return interval_of(pieces_.size() - 1, x, [&](std::size_t k) { return pieces_[k + 1].begin; });
+  }
   static Piece ramp(CamLaw law, double lift, double begin, double width, bool down);
   int samples() const { return pieces_.size() > 64 ? 16 : 1024; }
   void finish();
 
   std::vector<Piece> pieces_;  // adjacent, from pieces_[0].begin over one turn
+  // m/rad³, of a table: greatest |h‴| of 2^level pieces from each one on
+  std::vector<std::vector<double>> thirds_;
   Bounds bounds_;
   double narrowest_ = turn;
 };

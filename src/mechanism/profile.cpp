@@ -31,18 +31,25 @@ Roundness::Roundness(const Profile& profile) {
     const auto& steep = table_->bounds();
     b.low = INFINITY, b.high = -INFINITY;
     double last = NAN, widest = 0;
+    auto& w = curvature_.emplace(std::array<double, 2>{INFINITY, -INFINITY});
     table_->each([&](double phi, const CamProfile::Value& y) {
+      w = {std::min(w[0], y.h + y.d2), std::max(w[1], y.h + y.d2)};
       b.low = std::min(b.low, y.h), b.high = std::max(b.high, y.h);
       b.d3 = std::max(b.d3, std::abs(y.d3));
       if (phi > last) widest = std::max(widest, phi - last);
       last = phi;
     });
     b.d1 = steep.d1, b.d2 = steep.d2;
-    b.low -= 0.5 * widest * b.d1, b.high += 0.5 * widest * b.d1;
+    const double between = 0.5 * widest * b.d1;
+    b.low -= between, b.high += between;
+    w[0] -= between, w[1] += between;
     narrowest_ = table_->narrowest();
     const bool level = std::ranges::all_of(
         profile.points, [&](const auto& p) { return p.second == profile.points.front().second; });
-    if (level) b = {profile.points.front().second, profile.points.front().second};
+    if (level) {
+      const double p = profile.points.front().second;
+      b = {p, p}, w = {p, p};
+    }
   }
   for (const auto& row : profile.harmonics) {
     const double n = row[0], c = row[1], s = n == 0 ? 0 : row[2], size = std::hypot(c, s);
@@ -78,16 +85,21 @@ OutOfRound::OutOfRound(Roundness bearing_surface, Roundness journal_surface, dou
     inner = {std::min(inner.p, -x.h), std::min(inner.w, -x.h - x.d2)};
     crest = std::min(crest, x.h + x.d2);
   }
+  const auto beside = [&](const Roundness& r) {
+    return r.curvature() ? 0 : 0.5 * spacing * (r.bounds().d1 + r.bounds().d3);
+  };
+  if (const auto& w = bearing.curvature()) outer.w = (*w)[0];
+  if (const auto& w = journal.curvature()) inner.w = -(*w)[1], crest = (*w)[0];
   if (!(clearance + outer.p + inner.p - slip > 0)) {
     refusal =
         "leaves no clearance: the journal must fit into the bearing at the joint's point, at every angle";
     return;
   }
-  if (!(journal_radius + crest - slack > 0)) {
+  if (!(journal_radius + crest - beside(journal) > 0)) {
     refusal = "is too sharp: the journal must have a radius of curvature greater than 0 everywhere";
     return;
   }
-  if (const double least = clearance + outer.w + inner.w - slack; least > 0) {
+  if (const double least = clearance + outer.w + inner.w - beside(bearing) - beside(journal); least > 0) {
     arcs.push_back({.least = least});
     return;
   }

@@ -114,6 +114,10 @@ class Roundness {
   }
   /// Bounds over the turn.
   const Bounds& bounds() const { return bounds_; }
+  /// m/rad³, bound of |p‴| from a to b (rad), a ≤ b.
+  double third(double a, double b) const { return table_ ? table_->greatest_third(a, b) : bounds_.d3; }
+  /// m, bounds of p + p″ over the turn, of a table: p″ is linear between its points. None for harmonics.
+  const std::optional<std::array<double, 2>>& curvature() const { return curvature_; }
   /// Whether p is constant.
   bool is_round() const { return bounds_.d1 == 0; }
   /// rad, half of the shortest wave, or the least distance of points.
@@ -122,6 +126,7 @@ class Roundness {
  private:
   std::vector<std::array<double, 3>> harmonics_;
   std::optional<CamProfile> table_;
+  std::optional<std::array<double, 2>> curvature_;
   Bounds bounds_;
   double narrowest_ = CamProfile::turn / 2;
 };

@@ -272,9 +272,10 @@ struct WearPlan {
     k.take({"turns", "", "wear ends after this number of turns: periods of the study", "–"}, x.turns,
            one_or_more);
     k.take({"depth", "m", "wear ends at this depth of a surface", "–"}, x.depth, positive);
-    k.take({"clearance", "m",
-            "wear ends at this measured radial clearance of a joint: half of the greatest free movement", "–"},
-           x.clearance, positive);
+    k.take(
+        {"clearance", "m",
+         "wear ends at this measured radial clearance of a joint: half of the greatest free movement", "–"},
+        x.clearance, positive);
     k.check(x.turns || x.depth || x.clearance, "turns", "is missing: give turns, depth or clearance");
     k.take({"share", "",
             "greatest relative change of the clearance and of the rates of wear in a cycle of extrapolation"},
@@ -282,8 +283,9 @@ struct WearPlan {
     k.take({"longest", "", "greatest number of turns of a cycle; that of a run: no extrapolation", "–"},
            x.longest, one_or_more);
     k.take({"points", "", "number of angles of each worn surface"}, x.points, angles);
-    k.take({"life_clearance", "m", "measured radial clearance whose number of turns is the life", "clearance"},
-           x.life_clearance, positive);
+    k.take(
+        {"life_clearance", "m", "measured radial clearance whose number of turns is the life", "clearance"},
+        x.life_clearance, positive);
   }
 };
 

@@ -83,7 +83,8 @@ WornBearing worn_by(WornBearing bearing, const std::vector<BearingLoad>& loads, 
 
 class WearRun {
  public:
-  WearRun(std::vector<WornBearing> joints, const WearLimits& limits, double simulated, const LoadsOf& loads_of)
+  WearRun(std::vector<WornBearing> joints, const WearLimits& limits, double simulated,
+          const LoadsOf& loads_of)
       : limits_(limits), simulated_(simulated), loads_of_(loads_of), now_(std::move(joints)) {}
 
   WearEnd run(const std::function<void(const WearCycle&)>& done) {
@@ -94,7 +95,8 @@ class WearRun {
     std::optional<double> next;  // turns
     for (;;) {
       if (const auto end = ended()) return *end;
-      if (std::ranges::all_of(loads_, [](const TurnLoads& l) { return !(l.work > 0); })) return WearEnd::no_load;
+      if (std::ranges::all_of(loads_, [](const TurnLoads& l) { return !(l.work > 0); }))
+        return WearEnd::no_load;
       double length = std::min({next.value_or(first_length()), limits_.longest, limits_.turns - turns_});
       const double change = advance(length);
       const double factor = std::clamp(0.9 * limits_.share / std::max(change, 1e-12), 0.2, 4.0);
@@ -203,14 +205,15 @@ class WearRun {
       squares_[j] += split * split;
     }
     ++counted_;
-    const auto growth = [&](std::size_t j, const std::vector<WornBearing>& to, double (WornBearing::*depth)() const) {
-      return (to[j].*depth)() - (now_[j].*depth)();
-    };
+    const auto growth = [&](std::size_t j, const std::vector<WornBearing>& to,
+                            double (WornBearing::*depth)()
+                                const) { return (to[j].*depth)() - (now_[j].*depth)(); };
     for (std::size_t j = 0; j < now_.size(); ++j) {
       const auto &a = loads_[j], &b = following[j];
       const double mean = 0.5 * (a.work + b.work);
       if (mean > 0)
-        change = std::max(change, (std::abs(b.work - a.work) - by_chance * std::hypot(a.error, b.error)) / mean);
+        change =
+            std::max(change, (std::abs(b.work - a.work) - by_chance * std::hypot(a.error, b.error)) / mean);
       const double chance = by_chance * std::hypot(relative_error(j, a), relative_error(j, b));
       for (auto depth : {&WornBearing::greatest_bearing, &WornBearing::greatest_journal})
         if (const double grown = growth(j, corrected, depth); grown > 0)
@@ -229,7 +232,8 @@ class WearRun {
       };
       for (int side = 0; side < 2; ++side) {
         const auto depth = side == 0 ? &WornBearing::greatest_bearing : &WornBearing::greatest_journal;
-        add(errors_[j][static_cast<std::size_t>(side)], growth(j, corrected, depth), growth(j, predicted, depth));
+        add(errors_[j][static_cast<std::size_t>(side)], growth(j, corrected, depth),
+            growth(j, predicted, depth));
       }
     }
     now_ = std::move(corrected);
@@ -245,7 +249,8 @@ class WearRun {
     for (std::size_t j = 0; j < now_.size(); ++j) {
       const double error = relative_error(j, loads_[j]);
       const auto depth = [&](double value, const ErrorSum& sum) {
-        return WornDepth{value, std::sqrt(sum.closed + sum.open * sum.open * error * error), sum.extrapolation};
+        return WornDepth{value, std::sqrt(sum.closed + sum.open * sum.open * error * error),
+                         sum.extrapolation};
       };
       c.joints.push_back({now_[j], depth(now_[j].greatest_bearing(), errors_[j][0]),
                           depth(now_[j].greatest_journal(), errors_[j][1]), loads_[j].work, loads_[j].error});

@@ -68,9 +68,9 @@ struct WornDepth {
 
 /// A joint after a cycle.
 struct WornJoint {
-  WornBearing bearing;           ///< its surfaces
+  WornBearing bearing;  ///< its surfaces
   WornDepth in_bearing, in_journal;
-  double work = 0, error = 0;    ///< N m, of the turns at the end of the cycle, as in TurnLoads
+  double work = 0, error = 0;  ///< N m, of the turns at the end of the cycle, as in TurnLoads
 };
 
 /// All joints after a cycle.

@@ -23,10 +23,14 @@ std::string in_turns(double n) { return n < 1e5 ? fmt::format("{:.0f}", n) : fmt
 
 const char* reason(WearEnd end) {
   switch (end) {
-    case WearEnd::turns: return "turns";
-    case WearEnd::depth: return "depth";
-    case WearEnd::clearance: return "clearance";
-    case WearEnd::no_load: return "no load";
+    case WearEnd::turns:
+      return "turns";
+    case WearEnd::depth:
+      return "depth";
+    case WearEnd::clearance:
+      return "clearance";
+    case WearEnd::no_load:
+      return "no load";
   }
   return "";
 }
@@ -84,8 +88,7 @@ WearLife life_of(const WearHistory& history, std::size_t j, double clearance) {
     if (value(points.front()) >= clearance) return points.front().turns;
     for (std::size_t i = 1; i < points.size(); ++i) {
       const double a = value(points[i - 1]), b = value(points[i]);
-      if (b >= clearance)
-        return std::lerp(points[i - 1].turns, points[i].turns, (clearance - a) / (b - a));
+      if (b >= clearance) return std::lerp(points[i - 1].turns, points[i].turns, (clearance - a) / (b - a));
     }
     return WearLimits::none;
   };
@@ -189,7 +192,8 @@ std::string conclusion(const WearPlan& plan, const WearStudy& all) {
     text += fmt::format("After {} {}", alike ? after.front() : fmt::format("{}", fmt::join(after, " and ")),
                         all.has_period ? "turns" : "runs of the evaluated time");
     if (facts.bearing > 0)
-      text += fmt::format(" the bearing of {} is worn by {}", facts.name, depths(all, j, &WornJoint::in_bearing));
+      text +=
+          fmt::format(" the bearing of {} is worn by {}", facts.name, depths(all, j, &WornJoint::in_bearing));
     if (facts.journal > 0)
       text += fmt::format("{} the journal of {} is worn by {}", facts.bearing > 0 ? ", and" : "", facts.name,
                           depths(all, j, &WornJoint::in_journal));
@@ -197,13 +201,15 @@ std::string conclusion(const WearPlan& plan, const WearStudy& all) {
     if (plan.life_clearance) {
       std::vector<std::string> lives;
       for (const auto& h : all.histories) lives.push_back(life_in_words(h, j, *plan.life_clearance));
-      text += fmt::format(" A clearance of {} um {}.", micrometres(*plan.life_clearance), fmt::join(lives, " and "));
+      text += fmt::format(" A clearance of {} um {}.", micrometres(*plan.life_clearance),
+                          fmt::join(lives, " and "));
     }
     text += "\n";
   }
   for (const auto& h : all.histories)
     if (h.end == WearEnd::no_load)
-      text += fmt::format("No joint that wears is loaded while it slides ({}): nothing wears.\n", h.formulation);
+      text +=
+          fmt::format("No joint that wears is loaded while it slides ({}): nothing wears.\n", h.formulation);
   return text;
 }
 
@@ -214,11 +220,12 @@ std::string wear_page(const Study& study, const WearStudy& all) {
     for (const auto& h : all.histories) {
       const auto& last = h.cycles.back();
       const auto& w = last.joints[j];
-      table.row(w.bearing.joint().name, h.formulation, in_turns(last.turns), last.number,
-                micrometres(w.in_bearing.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_bearing)),
-                micrometres(w.in_journal.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_journal)),
-                fmt::format("{:.4g}", 1e9 * all.lengths[j] * (w.bearing.bearing_area() + w.bearing.journal_area())),
-                micrometres(w.bearing.measured_clearance()), micrometres(w.bearing.greatest_clearance()));
+      table.row(
+          w.bearing.joint().name, h.formulation, in_turns(last.turns), last.number,
+          micrometres(w.in_bearing.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_bearing)),
+          micrometres(w.in_journal.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_journal)),
+          fmt::format("{:.4g}", 1e9 * all.lengths[j] * (w.bearing.bearing_area() + w.bearing.journal_area())),
+          micrometres(w.bearing.measured_clearance()), micrometres(w.bearing.greatest_clearance()));
     }
   return fmt::format(
       "# Wear: {}\n\n{}\n{}\n"

@@ -13,10 +13,10 @@ namespace freeplay {
 
 /// The life of a joint: turns until its measured clearance is `clearance`.
 struct WearLife {
-  double clearance = 0;        ///< m
-  double turns = 0;            ///< infinite: the clearance does not grow
-  double low = 0, high = 0;    ///< ends of its 95 % interval
-  bool extrapolated = false;   ///< whether it lies beyond the last cycle
+  double clearance = 0;       ///< m
+  double turns = 0;           ///< infinite: the clearance does not grow
+  double low = 0, high = 0;   ///< ends of its 95 % interval
+  bool extrapolated = false;  ///< whether it lies beyond the last cycle
 };
 
 /// The life of joint j: by linear interpolation between cycles; beyond the last one with its rate. The interval

@@ -75,7 +75,12 @@ class WearingFormulation {
  public:
   WearingFormulation(const Study& study, const Conduct& conduct, EnsembleStore& store, int threads,
                      const std::string& formulation, WearStudy& all)
-      : study_(study), conduct_(conduct), store_(store), threads_(threads), formulation_(formulation), all_(all) {
+      : study_(study),
+        conduct_(conduct),
+        store_(store),
+        threads_(threads),
+        formulation_(formulation),
+        all_(all) {
     case_ = {.variant = "wear",
              .formulation = formulation,
              .values = {},
@@ -105,9 +110,10 @@ class WearingFormulation {
                             plan.longest.value_or(WearLimits::none)};
     for (const auto& joint : joints_)
       if (const double c = joint.measured_clearance(); limits.clearance <= c)
-        throw error_at(study_, {"wear", "clearance"},
-                       fmt::format("must be greater than the clearance {} of joint {} at the beginning, is {}", c,
-                                   joint.joint().name, limits.clearance));
+        throw error_at(
+            study_, {"wear", "clearance"},
+            fmt::format("must be greater than the clearance {} of joint {} at the beginning, is {}", c,
+                        joint.joint().name, limits.clearance));
     WearHistory history{formulation_, {}, WearEnd::turns, 0};
     history.end = wear_cycles(
         joints_, limits, all_.simulated,
@@ -211,9 +217,10 @@ class WearingFormulation {
       for (const auto& outcome : outcomes)
         if (!outcome.empty()) starts.push_back(outcome[j]);
       if (2 * starts.size() < starts_ || starts.empty())
-        throw SceneError(fmt::format("{}: {} of {} runs with the surfaces of set {} ({}) fail: {}",
-                                     study_.file.string(), starts_ - starts.size(), starts_, set, formulation_,
-                                     *std::ranges::find_if(failures, [](const auto& f) { return !f.empty(); })));
+        throw SceneError(
+            fmt::format("{}: {} of {} runs with the surfaces of set {} ({}) fail: {}", study_.file.string(),
+                        starts_ - starts.size(), starts_, set, formulation_,
+                        *std::ranges::find_if(failures, [](const auto& f) { return !f.empty(); })));
       all.push_back(united(starts, all_.simulated));
     }
     for (std::size_t k = 0; k < failures.size(); ++k)
@@ -265,9 +272,10 @@ std::vector<WornBearing> wearing_joints(const Scene& scene, std::size_t points) 
   const bool any = std::ranges::any_of(
       list, [](const WornBearing& b) { return b.joint().bearing > 0 || b.joint().journal > 0; });
   if (!any)
-    throw SceneError(fmt::format("{}: no joint wears: give a revolute joint with clearance bearing_wear or "
-                                 "journal_wear (m²/N) greater than 0, and bearing_length",
-                                 scene.file.string()));
+    throw SceneError(
+        fmt::format("{}: no joint wears: give a revolute joint with clearance bearing_wear or "
+                    "journal_wear (m²/N) greater than 0, and bearing_length",
+                    scene.file.string()));
   std::erase_if(list, [](const WornBearing& b) { return !(b.joint().bearing > 0 || b.joint().journal > 0); });
   return list;
 }

@@ -28,16 +28,16 @@ struct WearHistory {
 
 /// Result of a wear study.
 struct WearStudy {
-  std::vector<WearHistory> histories;      ///< one for each formulation of the study
-  double turn = 0;                         ///< s, of a turn
-  bool has_period = false;                 ///< whether a turn is a period; else it is the evaluated time of a run
-  double simulated = 0;                    ///< turns of each run
-  int starts = 1;                          ///< of each set of runs
-  std::vector<double> lengths;             ///< m, bearing_length of each joint
-  std::vector<std::string> failures;       ///< of runs, which are left out
-  std::size_t found = 0, made = 0;         ///< runs from the store and new ones
-  double wall_seconds = 0;                 ///< s
-  bool interrupted = false;                ///< histories are then not complete
+  std::vector<WearHistory> histories;  ///< one for each formulation of the study
+  double turn = 0;                     ///< s, of a turn
+  bool has_period = false;             ///< whether a turn is a period; else it is the evaluated time of a run
+  double simulated = 0;                ///< turns of each run
+  int starts = 1;                      ///< of each set of runs
+  std::vector<double> lengths;         ///< m, bearing_length of each joint
+  std::vector<std::string> failures;   ///< of runs, which are left out
+  std::size_t found = 0, made = 0;     ///< runs from the store and new ones
+  double wall_seconds = 0;             ///< s
+  bool interrupted = false;            ///< histories are then not complete
 };
 
 /// What it reports while it works.

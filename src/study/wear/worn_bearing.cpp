@@ -103,8 +103,7 @@ void WornBearing::growth(const BearingLoad& load, double sliding) {
     const double place = (there - cross(pressure_.centre, e) / R) / step, low = std::floor(place);
     const auto count = static_cast<long>(n), at = static_cast<long>(low) % count;
     const auto a = static_cast<std::size_t>(at < 0 ? at + count : at), b = a + 1 == n ? 0 : a + 1;
-    deeper_journal_[k] =
-        joint_.journal * sliding * std::lerp(pressure_.p[a], pressure_.p[b], place - low);
+    deeper_journal_[k] = joint_.journal * sliding * std::lerp(pressure_.p[a], pressure_.p[b], place - low);
   }
 }
 
@@ -116,13 +115,11 @@ void WornBearing::apply(const BearingLoad& load, double sliding, double& softeni
           softening * sliding, pressure_);
     growth(load, sliding);
     const double of_bearing =
-        joint_.bearing > 0
-            ? factor_of(deeper_bearing_, bearing_, f.bearing_radius, 1, joint_.bearing * area)
-            : 0;
-    const double of_journal =
-        joint_.journal > 0
-            ? factor_of(deeper_journal_, journal_, f.journal_radius(), -1, joint_.journal * area)
-            : 0;
+        joint_.bearing > 0 ? factor_of(deeper_bearing_, bearing_, f.bearing_radius, 1, joint_.bearing * area)
+                           : 0;
+    const double of_journal = joint_.journal > 0 ? factor_of(deeper_journal_, journal_, f.journal_radius(),
+                                                             -1, joint_.journal * area)
+                                                 : 0;
     softening = of_bearing * joint_.bearing + of_journal * joint_.journal;
     return std::pair(of_bearing, of_journal);
   };
@@ -166,8 +163,7 @@ void WornBearing::wear(std::span<const BearingLoad> loads, double share, double 
     if (passes == std::max(2, passes_ / 2)) run(passes / 2);
     const auto coarse_bearing = bearing_, coarse_journal = journal_;
     run(passes);
-    const double changed =
-        std::max(farthest(bearing_, coarse_bearing), farthest(journal_, coarse_journal));
+    const double changed = std::max(farthest(bearing_, coarse_bearing), farthest(journal_, coarse_journal));
     const double grown = std::max(farthest(bearing_, bearing), farthest(journal_, journal));
     if (changed <= tolerance * grown) {
       passes_ = passes;
