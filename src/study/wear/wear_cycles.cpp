@@ -26,9 +26,11 @@ class Classes {
   void add(const BearingLoads& start) {
     for (const auto& load : start.loads) {
       if (!(load.work > 0)) continue;
-      auto& c = found_[{degree(load.on_bearing), degree(load.on_journal)}];
+      auto& c = found_[{degree(load.on_bearing), start.merged ? 0 : degree(load.on_journal)}];
       c.work += load.work;
       c.force += load.work * load.force;
+      c.width_on_bearing += load.work * load.width_on_bearing;
+      c.width_on_journal += load.work * load.width_on_journal;
       c.bearing = c.bearing + load.work * Vec2{std::cos(load.on_bearing), std::sin(load.on_bearing)};
       c.journal = c.journal + load.work * Vec2{std::cos(load.on_journal), std::sin(load.on_journal)};
     }
@@ -39,6 +41,8 @@ class Classes {
       BearingLoad load;
       load.on_bearing = std::atan2(c.bearing.y(), c.bearing.x());
       load.on_journal = std::atan2(c.journal.y(), c.journal.x());
+      load.width_on_bearing = c.width_on_bearing / c.work;
+      load.width_on_journal = c.width_on_journal / c.work;
       load.force = c.force / c.work;
       load.work = c.work;
       list.push_back(load);
@@ -53,7 +57,7 @@ class Classes {
   }
   struct Sums {
     Vec2 bearing{}, journal{};
-    double force = 0, work = 0;
+    double force = 0, work = 0, width_on_bearing = 0, width_on_journal = 0;
   };
   std::map<std::pair<long, long>, Sums> found_;
 };

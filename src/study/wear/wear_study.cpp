@@ -28,7 +28,7 @@ class WearingRun final : public StudyRun {
         joints_(joints),
         scene_(std::move(scene)),
         simulation_(scene_, formulation, options),
-        observer_(scene_, formulation == "penalty"),
+        observer_(scene_),
         stop_(options.stop) {
     outcome.key = std::move(key);
   }
@@ -283,10 +283,11 @@ std::vector<WornBearing> wearing_joints(const Scene& scene, std::size_t points) 
 std::vector<double> packed(const std::vector<BearingLoads>& loads) {
   std::vector<double> row;
   for (const auto& joint : loads) {
-    row.insert(row.end(), {joint.time, joint.sliding, static_cast<double>(joint.loads.size()),
+    row.insert(row.end(), {joint.merged ? 1.0 : 0.0, static_cast<double>(joint.loads.size()),
                            static_cast<double>(joint.work_of_turns.size())});
     for (const auto& l : joint.loads)
-      row.insert(row.end(), {l.on_bearing, l.on_journal, l.force, l.work, l.impulse, l.greatest});
+      row.insert(row.end(),
+                 {l.on_bearing, l.on_journal, l.width_on_bearing, l.width_on_journal, l.force, l.work});
     row.insert(row.end(), joint.work_of_turns.begin(), joint.work_of_turns.end());
   }
   return row;
@@ -294,32 +295,31 @@ std::vector<double> packed(const std::vector<BearingLoads>& loads) {
 
 std::vector<BearingLoads> unpacked(const std::vector<double>& row, const std::vector<std::string>& joints) {
   std::size_t at = 0;
-  const auto next = [&] {
-    if (at >= row.size() || !std::isfinite(row[at]))
-      throw SceneError("wear.db: the loads of a run are damaged; remove the file");
+  const auto damaged = [] { return SceneError("wear.db: the loads of a run are damaged; remove the file"); };
+  // A number from 0 on, within the plausible range of forces and works.
+  const auto next = [&](double low, double high) {
+    if (at >= row.size() || !(row[at] >= low && row[at] <= high)) throw damaged();
     return row[at++];
   };
-  const auto count = [&] {
-    const double n = next();
-    if (!(n >= 0 && n <= static_cast<double>(row.size()))) at = row.size(), next();
-    return static_cast<std::size_t>(n);
-  };
+  constexpr double greatest = 1e45, whole_turn = 6.2831853071795865;
+  const auto count = [&] { return static_cast<std::size_t>(next(0, static_cast<double>(row.size()))); };
   std::vector<BearingLoads> list;
   for (const auto& name : joints) {
     BearingLoads joint;
     joint.joint = name;
-    joint.time = next(), joint.sliding = next();
+    joint.merged = next(0, 1) > 0;
     const auto loads = count(), turns = count();
     for (std::size_t i = 0; i < loads; ++i) {
       BearingLoad l;
-      for (double* value : {&l.on_bearing, &l.on_journal, &l.force, &l.work, &l.impulse, &l.greatest})
-        *value = next();
+      for (double* angle : {&l.on_bearing, &l.on_journal}) *angle = next(-whole_turn, whole_turn);
+      for (double* width : {&l.width_on_bearing, &l.width_on_journal}) *width = next(0, whole_turn);
+      for (double* value : {&l.force, &l.work}) *value = next(0, greatest);
       joint.loads.push_back(l);
     }
-    for (std::size_t i = 0; i < turns; ++i) joint.work_of_turns.push_back(next());
+    for (std::size_t i = 0; i < turns; ++i) joint.work_of_turns.push_back(next(0, greatest));
     list.push_back(std::move(joint));
   }
-  if (at != row.size()) at = row.size(), next();
+  if (at != row.size()) throw damaged();
   return list;
 }
 

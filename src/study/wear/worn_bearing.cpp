@@ -134,11 +134,16 @@ void WornBearing::apply(const BearingLoad& load, double sliding, double& softeni
     for (std::size_t k = 0; k < journal_.size(); ++k) journal_[k] -= of_journal * deeper_journal_[k];
 }
 
-void WornBearing::pass(std::span<const BearingLoad> loads, double share, bool backward) {
+void WornBearing::pass(std::span<const BearingLoad> loads, double share, int number) {
+  constexpr double golden = 0.6180339887498949, silver = 0.4142135623730950;
+  const auto within = [&](double step) { return std::fmod(0.5 + step * number, 1.0) - 0.5; };
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    const auto k = backward ? loads.size() - 1 - i : i;
-    if (loads[k].work > 0 && loads[k].force > 0)
-      apply(loads[k], share * loads[k].work / loads[k].force, softenings_[k]);
+    const auto k = number % 2 == 1 ? loads.size() - 1 - i : i;
+    auto load = loads[k];
+    if (!(load.work > 0 && load.force > 0)) continue;
+    load.on_bearing += load.width_on_bearing * within(golden);
+    load.on_journal += load.width_on_journal * within(silver);
+    apply(load, share * load.work / load.force, softenings_[k]);
   }
 }
 
@@ -148,7 +153,7 @@ void WornBearing::wear(std::span<const BearingLoad> loads, double share, double 
   const auto run = [&](int passes) {
     bearing_ = bearing, journal_ = journal;
     softenings_.assign(loads.size(), 0.0);
-    for (int i = 0; i < passes; ++i) pass(loads, share / passes, i % 2 == 1);
+    for (int i = 0; i < passes; ++i) pass(loads, share / passes, i);
   };
   const auto farthest = [](const std::vector<double>& a, const std::vector<double>& b) {
     double most = 0;

@@ -12,7 +12,8 @@
 // the shape of the journal.
 //
 // The loads of many turns are applied in passes over all classes, forward and backward in turn, each with an
-// equal share of Δs. The number of passes is doubled until the depths change by less than a tolerance. The
+// equal share of Δs. A class stands for directions that are even over its width: each pass takes another one of
+// them, by the multiples of the golden section. The number of passes is doubled until the depths change by less than a tolerance. The
 // splitting is of first order in the share of a pass.
 #pragma once
 
@@ -70,7 +71,8 @@ class WornBearing {
   double measured_clearance() const;
 
  private:
-  void pass(std::span<const BearingLoad> loads, double share, bool backward);
+  /// `number`: of the pass, from 0.
+  void pass(std::span<const BearingLoad> loads, double share, int number);
   void apply(const BearingLoad& load, double sliding, double& softening);
   /// m, by how much p would deepen each surface, without f
   void growth(const BearingLoad& load, double sliding);
