@@ -284,7 +284,7 @@ void barrier(Draw& draw, Draft& out);
 /// One-sided springs and bump stops.
 void one_way(Draw& draw, Draft& out);
 ///@}
-/// @name With a reference for every row: single elements (coupled.cpp, shaped.cpp)
+/// @name With a reference for every row: single elements (coupled.cpp, shaped.cpp, profiled.cpp)
 ///@{
 /// Two joints in a ratio: ideal, with backlash, elastic.
 void ratio_trains(Draw& draw, Draft& out);
@@ -300,6 +300,9 @@ void outlines(Draw& draw, Draft& out);
 void sampled_loops(Draw& draw, Draft& out);
 /// Balls whose restitution depends on the approach speed, on a floor or a moved table.
 void yielding(Draw& draw, Draft& out);
+/// A journal and a bearing of which one or both are not round (profiled.cpp): bounces, sliding and rolling, rest
+/// on both sides of a pocket.
+void profiled_journals(Draw& draw, Draft& out);
 ///@}
 /// @name With a reference for every row: touching bodies (touching.cpp)
 ///@{

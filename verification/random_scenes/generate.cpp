@@ -54,7 +54,8 @@ constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
                               {"mesh-losses", mesh_losses, 1, Suite::rows, "elements"},
                               {"outlines", outlines, 1, Suite::rows, "elements"},
                               {"sampled", sampled_loops, 1, Suite::rows, "elements"},
-                              {"yielding", yielding, 1, Suite::rows, "elements"}};
+                              {"yielding", yielding, 1, Suite::rows, "elements"},
+                              {"profiles", profiled_journals, 1, Suite::rows, "elements"}};
 
 std::vector<Kind> selected(const std::string& selection) {
   std::vector<Kind> list;
