@@ -16,6 +16,7 @@
 #include "dynamics/planar.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
+#include "io/scene/bearing_line.hpp"
 #include "io/scene/pose_file.hpp"
 #include "mechanism/error.hpp"
 #include "mechanism/scene.hpp"
@@ -75,7 +76,8 @@ Drawing drawn(const std::vector<PoseShape>& shapes, double size) {
   Drawing d;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const auto& s = shapes[i];
-    if (s.kind == "link" || s.kind == "outline" || s.kind == "beam") {  // consecutive rows make one line
+    if (s.kind == "link" || s.kind == "outline" || s.kind == "beam" ||
+        is_surface(s.kind)) {  // consecutive rows make one line
       std::vector<Vec2> corners{s.at};
       while (i + 1 < shapes.size() && shapes[i + 1].kind == s.kind && shapes[i + 1].name == s.name)
         corners.push_back(shapes[++i].at);

@@ -9,6 +9,7 @@
 
 #include "io/files/input_file.hpp"
 #include "io/scene/beam_line.hpp"
+#include "io/scene/bearing_line.hpp"
 #include "plots/drawing/axis.hpp"
 #include "plots/drawing/figure.hpp"
 #include "plots/drawing/style.hpp"
@@ -35,6 +36,20 @@ std::vector<Shape> magnified(std::vector<Shape> shapes, double factor) {
     if (s.kind != "beam") continue;
     const auto p = DrawnBeamPoint{{s.x, s.y}, {s.a, s.b}}.magnified(factor);
     s.x = p.x(), s.y = p.y();
+  }
+  Vec2 bearing{0, 0};
+  for (std::size_t i = 0, end = 0; i < shapes.size(); i = end) {
+    end = i + 1;
+    if (shapes[i].kind == "loose") bearing = {shapes[i].x, shapes[i].y};
+    if (!is_surface(shapes[i].kind)) continue;
+    // The rows of a joint follow each other: its place, the bearing, the journal.
+    while (end < shapes.size() && shapes[end].kind == shapes[i].kind && shapes[end].name == shapes[i].name)
+      ++end;
+    SurfaceLine line;
+    for (auto k = i; k < end; ++k)
+      line.points.emplace_back(shapes[k].x, shapes[k].y), line.nominal.emplace_back(shapes[k].a, shapes[k].b);
+    const auto points = line.magnified(factor, bearing);
+    for (auto k = i; k < end; ++k) shapes[k].x = points[k - i].x(), shapes[k].y = points[k - i].y();
   }
   return shapes;
 }
@@ -117,7 +132,7 @@ Block sliders(const std::vector<Shape>& shapes, double u) {
 Block circles(const std::vector<Shape>& shapes, std::string_view kind, double least) {
   Block block(kind);
   for (const auto& s : shapes) {
-    if (s.kind != kind) continue;
+    if (s.kind != kind || (kind == "loose" && s.a == 0)) continue;  // its surfaces are drawn
     const double r = std::max(s.a, least);
     for (int i = 0; i <= 72; ++i) {
       const double angle = std::acos(-1.0) * i / 36;
@@ -146,21 +161,23 @@ Block springs(const std::vector<Shape>& shapes, double u) {
   return block;
 }
 
-/// Lines of the faces of racks and followers and of the outlines of cams.
-Block faces(const std::vector<Shape>& shapes) {
-  Block block("faces");
+/// Lines through the points of each shape of a kind.
+Block outlines(const std::vector<Shape>& shapes, std::string_view kind) {
+  Block block(kind);
   const Shape* last = nullptr;
   for (const auto& s : shapes) {
-    if (s.kind == "line") {
-      if (last) block.gap();
-      last = nullptr;
-      block.row({s.x, s.y}).row({s.a, s.b}).gap();
-    }
-    if (s.kind != "outline") continue;
+    if (s.kind != kind) continue;
     if (last && last->name != s.name) block.gap();
     block.row({s.x, s.y});
     last = &s;
   }
+  return block;
+}
+/// Lines of the faces of racks and followers.
+Block faces(const std::vector<Shape>& shapes) {
+  Block block("faces");
+  for (const auto& s : shapes)
+    if (s.kind == "line") block.row({s.x, s.y}).row({s.a, s.b}).gap();
   return block;
 }
 
@@ -278,10 +295,13 @@ std::vector<ShapeCurve> pose_curves(const std::vector<Shape>& shapes, double u, 
   add(supports(shapes, u), "with lines lw 1 lc rgb '#444444'");
   add(circles(shapes, "disc", 0.1 * u), "with lines lw 1.6 lc rgb '#444444'");
   add(faces(shapes), "with lines lw 2 lc rgb '#444444'");
+  add(outlines(shapes, "outline"), "with lines lw 2 lc rgb '#444444'");
   add(springs(shapes, u), "with lines lw 1.2 lc rgb C4");
   add(sliders(shapes, u), "with lines lw 2 lc rgb '#000000'");
   add_links(shapes, curves);
   add(circles(shapes, "loose", 0.5 * u), "with lines lw 1.4 lc rgb C8");
+  add(outlines(shapes, "bearing"), "with lines lw 1.4 lc rgb C8");
+  add(outlines(shapes, "journal"), "with lines lw 1.4 lc rgb '#000000'");
   add(marks(shapes, "loose"), "with points pt 7 ps 0.5 lc rgb C8");
   add(marks(shapes, "weld"), "with points pt 5 ps 0.9 lc rgb '#000000'");
   add(marks(shapes, "joint"), "with points pt 9 ps 0.9 lc rgb '#000000'");
@@ -321,8 +341,10 @@ std::vector<std::filesystem::path> draw_pose(const std::filesystem::path& folder
           .step);
   f.caption = facts.text("title");
   if (magnify != 1)
-    f.script.add("set label {} at graph 0.02, 0.95 font SMALL noenhanced front\n",
-                 fmt::format("deflection × {:g}", magnify));
+    f.script.add(
+        "set label {} at graph 0.02, 0.95 font SMALL noenhanced front\n",
+        magnified_words(magnify, std::ranges::any_of(shapes, [](const Shape& s) { return s.kind == "beam"; }),
+                        std::ranges::any_of(shapes, [](const Shape& s) { return is_surface(s.kind); })));
   Script plot;
   for (auto& [block, style] : pose_curves(shapes, u, 0.8 * size)) {
     plot.add("{}DATA index {} using 1:2 {} notitle", plot.empty() ? Word("plot ") : Word(", "),

@@ -19,7 +19,7 @@ struct Shape {
 
 /// The shapes of a table with the columns shape, name, x, y, a and b.
 std::vector<Shape> shapes_in(const std::filesystem::path& file);
-/// The same shapes with the deflection of beams magnified.
+/// The same shapes with the deflection of beams, and clearance and deviations of surfaces, magnified.
 std::vector<Shape> magnified(std::vector<Shape> shapes, double factor);
 
 /// Bounding box of shapes.

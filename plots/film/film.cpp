@@ -117,8 +117,10 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& request
                const std::function<void(double)>& progress) {
   const auto runs = runs_of(folder);
   auto film = plan(runs, requested);
-  if (requested.magnify != 1 && std::ranges::all_of(runs, [](const FilmRun& r) { return r.beams.empty(); }))
-    throw SceneError("--magnify: the mechanism has no beams, whose deflection it magnifies");
+  if (requested.magnify != 1 &&
+      std::ranges::all_of(runs, [](const FilmRun& r) { return r.beams.empty() && !r.has_surfaces(); }))
+    throw SceneError(
+        "--magnify: the mechanism has neither beams nor profiles, whose deflection and deviations it magnifies");
   auto options = requested;
   if (!options.mp4 && !options.gif && !options.svg) {
     options.mp4 = has_ffmpeg(stop);

@@ -20,7 +20,7 @@ struct FilmOptions {
   std::optional<double> from = {}, until = {};  ///< s of the run; absent: the whole run
   int width = 960;                              ///< px
   bool over = false;                            ///< both runs in one panel
-  double magnify = 1;                           ///< factor of the deflection of beams
+  double magnify = 1;  ///< factor of the deflection of beams, of clearance and deviations of surfaces
 };
 
 struct Film {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <set>
 
+#include "io/scene/bearing_line.hpp"
+
 namespace freeplay::report {
 namespace {
 
@@ -15,9 +17,9 @@ constexpr std::array<std::string_view, 3> of_runs{"#0072b2", "#d55e00", "#6b7280
 constexpr std::array<std::string_view, 7> of_bodies{"#0072b2", "#c8770a", "#008a68", "#b04a86",
                                                     "#a03f2a", "#2d7fa8", "#7a6a00"};
 /// Drawing order, from back to front.
-constexpr std::array<std::string_view, 13> order{"wall", "support", "outline", "line", "disc",
-                                                 "link", "spring",  "slider",  "weld", "joint",
-                                                 "pin",  "loose",   "mass"};
+constexpr std::array<std::string_view, 15> order{"wall", "support", "outline", "line",    "disc",
+                                                 "link", "spring",  "slider",  "weld",    "joint",
+                                                 "pin",  "loose",   "bearing", "journal", "mass"};
 constexpr double far = 4000;  // px, outside every panel
 
 }  // namespace
@@ -81,6 +83,10 @@ void ShapePainter::paint(const FilmShape& s) const {
     const bool link = s.kind == "link";
     if (link && corners.size() > 3) svg.line(corners, {.fill = of(s.body), .opacity = 0.15 * opacity});
     svg.line(corners, {.stroke = of(s.body), .width = link ? 5.0 : 2.0, .opacity = opacity}, !link);
+  } else if (is_surface(s.kind)) {
+    auto points = run.line(s, at, magnify);
+    for (auto& point : points) point = pixel(point);
+    svg.line(points, {.stroke = s.kind == "bearing" ? accent : ink, .width = 1.5, .opacity = opacity}, true);
   } else if (s.kind == "disc") {
     const double r = std::max(2.0, s.more.x() * scale);
     svg.circle(p, r, {.stroke = of(s.body), .width = 1.5, .opacity = opacity});
@@ -168,7 +174,10 @@ Box bounds(const std::vector<FilmRun>& runs, double magnify) {
       for (const auto& s : run.shapes) {
         const auto pose = run.pose(s.body, {i, 0});
         const double r = s.kind == "disc" || s.kind == "loose" ? s.more.x() : 0;
-        for (const auto& p : s.points) box.hold(pose.place(p), r);
+        if (is_surface(s.kind))
+          for (const auto& p : run.line(s, {i, 0}, magnify)) box.hold(p, 0);
+        else
+          for (const auto& p : s.points) box.hold(pose.place(p), r);
         if (s.kind == "spring" || s.kind == "line") box.hold(run.pose(s.other, {i, 0}).place(s.more), 0);
       }
     }
@@ -278,7 +287,13 @@ void FilmDrawing::draw_mechanism(Svg& svg, const Panel& panel, double t, double 
     }
   }
   draw_scale(svg, panel);
-  if (look_.magnify != 1) svg.text({12, 16}, fmt::format("deflection × {:g}", look_.magnify), 12, soft);
+  if (look_.magnify != 1) {
+    const auto any = [&](auto&& has) { return std::ranges::any_of(runs_, has); };
+    svg.text({12, 16},
+             magnified_words(look_.magnify, any([](const FilmRun& r) { return !r.beams.empty(); }),
+                             any([](const FilmRun& r) { return r.has_surfaces(); })),
+             12, soft);
+  }
   svg.close_panel();
 }
 

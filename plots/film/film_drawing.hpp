@@ -29,7 +29,7 @@ struct ShapePainter {
   double opacity = 1;
   bool names = true;
   double width;        ///< px, width of the panel
-  double magnify = 1;  ///< factor of the deflection of beams
+  double magnify = 1;  ///< factor of the deflection of beams, of clearance and deviations of surfaces
 
   /// Draws all shapes, from back to front.
   void paint() const;
@@ -50,7 +50,7 @@ struct FilmLook {
   std::string title;
   int width = 960;     ///< px; the height follows from the content
   bool over = false;   ///< all runs in one panel instead of side by side
-  double magnify = 1;  ///< factor of the deflection of beams
+  double magnify = 1;  ///< factor of the deflection of beams, of clearance and deviations of surfaces
 };
 
 class FilmDrawing {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "io/scene/bearing_line.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/report/run_data.hpp"
 
@@ -27,8 +28,8 @@ std::vector<Column> columns_of(const json& list) {
   return columns;
 }
 
-/// Shapes from rows [kind, name, body, x, y, other, a, b]. The corners of one link or outline make
-/// one shape.
+/// Shapes from rows [kind, name, body, x, y, other, a, b]. The corners of one link, outline, bearing or
+/// journal make one shape.
 std::vector<FilmShape> shapes_of(const json& list) {
   std::vector<FilmShape> shapes;
   for (const auto& s : list) {
@@ -38,13 +39,16 @@ std::vector<FilmShape> shapes_of(const json& list) {
                     s[5],
                     {{s[3].get<double>(), s[4].get<double>()}},
                     {s[6].get<double>(), s[7].get<double>()}};
-    const bool corners = shape.kind == "link" || shape.kind == "outline";
+    if (is_surface(shape.kind)) shape.nominal.push_back(shape.more);
+    const bool corners = shape.kind == "link" || shape.kind == "outline" || is_surface(shape.kind);
     if (auto* before = shapes.empty() ? nullptr : &shapes.back();
         corners && before && before->kind == shape.kind && before->name == shape.name &&
-        before->body == shape.body)
+        before->body == shape.body) {
       before->points.push_back(shape.points.front());
-    else
+      if (is_surface(shape.kind)) before->nominal.push_back(shape.more);
+    } else {
       shapes.push_back(std::move(shape));
+    }
   }
   return shapes;
 }
@@ -134,6 +138,24 @@ std::vector<Vec2> FilmRun::line(const BeamLine& beam, const At& now, double magn
   return list;
 }
 
+std::vector<Vec2> FilmRun::line(const FilmShape& surface, const At& now, double magnify) const {
+  const auto placed = [&](int body, const std::vector<Vec2>& points) {
+    const auto here = pose(body, now);
+    std::vector<Vec2> list;
+    for (const auto& p : points) list.push_back(here.place(p));
+    return list;
+  };
+  const auto joint = std::ranges::find_if(
+      shapes, [&](const FilmShape& s) { return s.kind == "loose" && s.name == surface.name; });
+  const SurfaceLine line{placed(surface.body, surface.points), placed(surface.body, surface.nominal)};
+  return joint == shapes.end() ? line.points
+                               : line.magnified(magnify, pose(joint->body, now).place(joint->points.front()));
+}
+
+bool FilmRun::has_surfaces() const {
+  return std::ranges::any_of(shapes, [](const FilmShape& s) { return is_surface(s.kind); });
+}
+
 std::vector<double> FilmRun::play(const FilmClearance& joint, const At& now) const {
   const auto value = [&](std::size_t k) { return between(joint.columns[k], now); };
   if (joint.kind == "journal") return {value(0) / joint.clearance, value(1) / joint.clearance};
@@ -148,7 +170,8 @@ std::vector<int> FilmRun::shapes_of(const std::string& name) const {
     std::vector<int> discs, others;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       const auto& s = shapes[i];
-      if (s.name != n || s.kind == "mass" || s.kind == "support" || s.kind == "link" || s.kind == "outline")
+      if (s.name != n || s.kind == "mass" || s.kind == "support" || s.kind == "link" || s.kind == "outline" ||
+          is_surface(s.kind))
         continue;
       (s.kind == "disc" ? discs : others).push_back(static_cast<int>(i));
     }

@@ -32,6 +32,7 @@ struct FilmShape {
   int body, other;         ///< −1: ground
   std::vector<Vec2> points;
   Vec2 more;
+  std::vector<Vec2> nominal = {};  ///< of a bearing or journal: places of the points on the nominal circle
 };
 
 using Column = std::vector<double>;
@@ -67,6 +68,10 @@ struct FilmRun {
   double crank_angle(const At& now) const;  ///< rad
   /// The line of a beam with its deflection magnified (m, world frame).
   std::vector<Vec2> line(const BeamLine& beam, const At& now, double magnify) const;
+  /// The line of a bearing or journal with clearance and deviations magnified (m, world frame).
+  std::vector<Vec2> line(const FilmShape& surface, const At& now, double magnify) const;
+  /// Whether the run has shapes of bearings and journals.
+  bool has_surfaces() const;
   /// Position within the clearance: (ex, ey)/c of a journal; position across of the ends of a guide
   /// or the pin of a slot, −1 to 1.
   std::vector<double> play(const FilmClearance& joint, const At& now) const;

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "io/scene/beam_line.hpp"
+#include "io/scene/bearing_line.hpp"
 #include "io/scene/pose_file.hpp"
 #include "mechanism/scene.hpp"
 #include "plots/report/thinning.hpp"
@@ -293,7 +294,8 @@ json shapes_of(const Scene& scene, const std::vector<std::string>& bodies, const
   for (const auto& s : pose_shapes(scene, q)) {
     if (s.kind == "beam") continue;  // see beams_of()
     if ((s.body >= 0 && shown(s.body) < 0) || (s.other >= 0 && shown(s.other) < 0)) continue;
-    const bool point = s.kind == "line" || s.kind == "spring", along = s.kind == "slider" || s.kind == "wall";
+    const bool point = s.kind == "line" || s.kind == "spring" || is_surface(s.kind),
+               along = s.kind == "slider" || s.kind == "wall";
     const auto p = local(s.body, s.at);
     const auto more = point   ? local(s.other, s.more)
                       : along ? turned(s.other, s.more.x(), s.more.y())

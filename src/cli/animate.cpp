@@ -58,7 +58,10 @@ void animate_verb(Program& program) {
   options.add("--until", film.until, "end of the animation").takes("SECONDS");
   options.add("--width", film.width, "width of the picture; default 960").between(480, 3840).takes("PIXELS");
   options.flag("--over", film.over, "overlay both runs instead of showing them side by side");
-  options.add("--magnify", film.magnify, "factor of the deflection of beams; default 1")
+  options
+      .add("--magnify", film.magnify,
+           "factor of the deflection of beams, and of clearance and deviations of "
+           "joints with profiles; default 1")
       .number([](double x) { return x > 0 && x <= 1e9; }, "must be a number greater than 0, at most 1e9")
       .takes("FACTOR");
   options.output(request.output, "folder for the animation; default animation/ in the input folder");

@@ -19,6 +19,7 @@
 #include "io/files/output_estimate.hpp"
 #include "io/files/result_set.hpp"
 #include "io/scene/beam_line.hpp"
+#include "io/scene/bearing_line.hpp"
 #include "io/scene/pose_file.hpp"
 #include "io/scene/quantity.hpp"
 #include "io/scene/read_scene.hpp"
@@ -133,7 +134,7 @@ struct CheckRequest : Request {
   bool units = false;   ///< list the units of numbers instead
   bool modes = false;   ///< compare the frequencies of reduced and of full beams
   std::string output;   ///< folder for the figure of the pose
-  double magnify = 1;   ///< factor of the deflection of beams in the figure
+  double magnify = 1;   ///< factor of the deflection of beams and of clearance and deviations in the figure
 };
 
 /// Prints all units in the form of docs/reference/scene.md.
@@ -212,8 +213,9 @@ int check(const CheckRequest& request) {
   if (request.units) return list_units();
   if (request.scene.empty()) throw SceneError("scene is required");
   const Scene scene = read_scene(request.scene, request.overrides, request.reach == Reach::anywhere);
-  if (request.magnify != 1 && beam_lines(scene.mechanism).empty())
-    throw SceneError("--magnify: the scene has no beams, whose deflection it magnifies");
+  if (request.magnify != 1 && beam_lines(scene.mechanism).empty() && !has_profiles(scene.mechanism))
+    throw SceneError(
+        "--magnify: the scene has neither beams nor profiles, whose deflection and deviations it magnifies");
   if (request.modes && std::ranges::none_of(scene.mechanism.beams, &Beam::is_reduced))
     throw SceneError(
         "--modes: the scene has no reduced beams; it compares their frequencies with those of full "
@@ -333,7 +335,10 @@ void check_verb(Program& program) {
   options.flag("--modes", request.modes, "compare frequencies of reduced beams with those of full beams");
   auto output =
       options.output(request.output, "folder for a figure of the assembled pose; default: no figure");
-  options.add("--magnify", request.magnify, "factor of the deflection of beams in the figure; default 1")
+  options
+      .add("--magnify", request.magnify,
+           "factor of the deflection of beams, and of clearance and deviations of "
+           "joints with profiles, in the figure; default 1")
       .number([](double x) { return x > 0 && x <= 1e9; }, "must be a number greater than 0, at most 1e9")
       .takes("FACTOR")
       .needs(output);

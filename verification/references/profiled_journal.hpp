@@ -43,17 +43,17 @@ class ProfiledJournal {
     Six q{}, v{};
   };
 
-  SurfaceDeviation bearing, journal;      ///< p_b, p_j
-  double clearance = 0, radius = 0;       ///< m, c and R_b
-  std::array<Point, 2> arms{};            ///< m, centres of bearing and journal in their bodies
-  Six inverse{};                          ///< 1/kg and 1/(kg m²)
-  State start;                            ///< at t = 0
-  Point gravity{0, 0};                    ///< m/s², of bodies with an inverse mass
-  double restitution = 1, friction = 0;   ///< e, μ
-  double stiffness = 0;                   ///< K, N/m^(3/2); 0: rigid
-  double slow = 0, fast = 0;              ///< m/s, v₁ and v₂
-  double step = 1e-3, step_inside = 1e-3; ///< s; in a compliant contact
-  double rest = 1e-9;                     ///< m/s, an impact that rebounds more slowly ends in lasting contact
+  SurfaceDeviation bearing, journal;       ///< p_b, p_j
+  double clearance = 0, radius = 0;        ///< m, c and R_b
+  std::array<Point, 2> arms{};             ///< m, centres of bearing and journal in their bodies
+  Six inverse{};                           ///< 1/kg and 1/(kg m²)
+  State start;                             ///< at t = 0
+  Point gravity{0, 0};                     ///< m/s², of bodies with an inverse mass
+  double restitution = 1, friction = 0;    ///< e, μ
+  double stiffness = 0;                    ///< K, N/m^(3/2); 0: rigid
+  double slow = 0, fast = 0;               ///< m/s, v₁ and v₂
+  double step = 1e-3, step_inside = 1e-3;  ///< s; in a compliant contact
+  double rest = 1e-9;  ///< m/s, an impact that rebounds more slowly ends in lasting contact
   static constexpr int directions = 240;  ///< of the grid
 
   /// Changes the start of the journal, the gravity and all spins.
@@ -243,11 +243,15 @@ class ProfiledJournal {
     const auto p = lasting(s, 0);
     if (std::abs(p.tangent) > friction * p.normal) in.slips = p.tangent > 0 ? -1 : 1;
   }
-  /// Removes the rounding and truncation of gap and velocities.
-  void settle(State& s, const Contact& in) const {
-    auto x = place(s.q);
+  /// Removes the rounding and truncation of the gap.
+  void close(State& s) const {
+    const auto x = place(s.q);
     add(s.q, -x.gap / compliances(x).nn, scaled(x.normal));
-    x = place(s.q);
+  }
+  /// The same, and of velocities.
+  void settle(State& s, const Contact& in) const {
+    close(s);
+    const auto x = place(s.q);
     const auto d = compliances(x);
     const double un = -times(x.normal, s.v);
     push(s.v, x, friction > 0 && in.slips == 0 ? rolling(d, un, -times(x.tangent, s.v)) : Push{un / d.nn, 0});
@@ -259,8 +263,8 @@ class ProfiledJournal {
     auto a = fall();
     const auto x = place(s.q);
     const double depth = std::max(-x.gap, 0.0), slip = times(x.tangent, s.v);
-    const double normal = stiffness * depth * std::sqrt(depth) *
-                          std::max(0.0, 1 - in.chi * times(x.normal, s.v) / in.v0);
+    const double normal =
+        stiffness * depth * std::sqrt(depth) * std::max(0.0, 1 - in.chi * times(x.normal, s.v) / in.v0);
     const double share = friction > 0 ? std::clamp((std::abs(slip) - slow) / (fast - slow), 0.0, 1.0) : 0;
     push(a, x, {normal, -normal * friction * share * (slip > 0 ? 1 : -1)});
     return a;
@@ -303,7 +307,8 @@ class ProfiledJournal {
       if (p.normal < 0) return What::separation;
       if (friction == 0) return What::none;
       if (in.slips == 0) return std::abs(p.tangent) > friction * p.normal ? What::slip : What::none;
-      return in.slips * times(place(s.q).tangent, s.v) < 0 ? What::slip : What::none;
+      // Beyond rounding, so that slip that begins does not end at once.
+      return in.slips * times(place(s.q).tangent, s.v) < -1e-6 * rest ? What::slip : What::none;
     }
     const auto x = place(s.q);
     if (in.inside) return x.gap > 0 ? What::separation : What::none;
@@ -371,6 +376,7 @@ class ProfiledJournal {
       return;
     }
     impact(s);
+    close(s);
     if (restitution * approach > rest) return;
     choose_slip(s, in);
     if (lasting(s, in.slips).normal <= 0) return;

@@ -10,19 +10,26 @@ function poseOf(run, body, at) {
 const placed = (pose, x, y) => [pose.x + pose.c * x - pose.s * y, pose.y + pose.s * x + pose.c * y];
 const turned = (pose, x, y) => [pose.c * x - pose.s * y, pose.s * x + pose.c * y];
 
-/** Shapes of a run, in its order. The points of a link or an outline are collected in one shape. */
+/** Kinds of shapes of several points; those of a bearing and a journal have places on the nominal circle, too. */
+const surfaces = ['bearing', 'journal'], outlines = ['link', 'outline', ...surfaces];
+
+/** Shapes of a run, in its order. The points of a shape of several points are collected in one shape. */
 function gather(run) {
   const list = [];
   for (const [kind, name, body, x, y, other, a, b] of run.motion.shapes) {
     const before = last(list);
-    if ((kind === 'link' || kind === 'outline') && before && before.kind === kind && before.name === name && before.body === body)
+    if (outlines.includes(kind) && before && before.kind === kind && before.name === name && before.body === body) {
       before.points.push([x, y]);
-    else list.push({ kind, name, body, x, y, other, a, b, points: [[x, y]] });
+      before.nominal.push([a, b]);
+    } else list.push({ kind, name, body, x, y, other, a, b, points: [[x, y]], nominal: [[a, b]] });
   }
   if (!list.length) run.motion.bodies.forEach((name, body) => list.push({ kind: 'mass', name, body, x: 0, y: 0, other: -1, a: 0, b: 0, points: [[0, 0]] }));
   return list;
 }
 for (const run of runs) run.shapes = gather(run);
+/** What the selected factor magnifies; empty: nothing. */
+const magnifiedParts = [runs.some((run) => run.motion.beams.length) ? 'deflection' : '',
+  runs.some((run) => run.shapes.some((s) => surfaces.includes(s.kind))) ? 'clearance and deviations' : ''].filter(Boolean).join(', ');
 
 /** Points of the line of a beam in a pose with its deflection magnified (io/scene/beam_line.hpp). */
 function beamLine(beam, pose, magnify) {
@@ -34,6 +41,20 @@ function beamLine(beam, pose, magnify) {
   return points.map(([x, y], k) => {
     const [u, v] = beam.points[k].slice(7), cx = x0 + u * dx - v * dy, cy = y0 + u * dy + v * dx;
     return [cx + magnify * (x - cx), cy + magnify * (y - cy)];
+  });
+}
+
+/** Points of a bearing or journal with clearance and deviations magnified (io/scene/bearing_line.hpp). */
+function surfaceLine(run, s, pose, magnify) {
+  const at = ([x, y]) => placed(pose(s.body), x, y);
+  const joint = run.shapes.find((shape) => shape.kind === 'loose' && shape.name === s.name);
+  if (!joint) return s.points.map(at);
+  const nominal = s.nominal.map(at), count = nominal.length - 1, [bx, by] = placed(pose(joint.body), joint.x, joint.y);
+  const middle = (k) => nominal.slice(0, count).reduce((sum, p) => sum + p[k], 0) / count;
+  const dx = (magnify - 1) * (middle(0) - bx), dy = (magnify - 1) * (middle(1) - by);
+  return s.points.map(at).map(([x, y], k) => {
+    const [u, v] = nominal[k];
+    return [u + magnify * (x - u) + dx, v + magnify * (y - v) + dy];
   });
 }
 
@@ -100,6 +121,8 @@ const painters = {
     c.strokeStyle = colour(s.body);
     c.stroke();
   },
+  bearing(c, s, to, pose, colour, run) { surface(c, s, to, pose, run, colours.accent); },
+  journal(c, s, to, pose, colour, run) { surface(c, s, to, pose, run, colours.ink); },
   disc(c, s, to, pose, colour) {
     const p = pose(s.body), [x, y] = to.at(placed(p, s.x, s.y)), r = Math.max(2, s.a * to.k);
     c.lineWidth = 1.5;
@@ -176,7 +199,14 @@ const painters = {
     if (state.names) { c.fillStyle = colours.ink; label(c, s.name, x + 7, y - 7); }
   },
 };
-const order = ['wall', 'support', 'outline', 'line', 'disc', 'link', 'spring', 'slider', 'weld', 'joint', 'pin', 'loose', 'mass'];
+const order = ['wall', 'support', 'outline', 'line', 'disc', 'link', 'spring', 'slider', 'weld', 'joint', 'pin', 'loose', ...surfaces, 'mass'];
+
+function surface(c, s, to, pose, run, colour) {
+  line(c, surfaceLine(run, s, pose, state.magnify).map(to.at), true);
+  c.lineWidth = 1.5;
+  c.strokeStyle = colour;
+  c.stroke();
+}
 
 function drawBeam(c, beam, to, pose, colour, named) {
   const points = beamLine(beam, pose, state.magnify).map(to.at), [x, y] = points[points.length >> 1];
@@ -200,7 +230,7 @@ function ring(c, [x, y], r, colour) {
 /** The shapes at which a force acts: the guide for its corners, both of two discs, none of many. */
 function shapesOf(run, name) {
   const named = (n) => {
-    const list = run.shapes.filter((s) => s.name === n && order.includes(s.kind) && !['mass', 'support', 'link', 'outline'].includes(s.kind));
+    const list = run.shapes.filter((s) => s.name === n && order.includes(s.kind) && !['mass', 'support', ...outlines].includes(s.kind));
     const other = list.find((s) => s.kind !== 'disc');
     return other ? [other] : list.length <= 2 ? list : [];
   };
@@ -261,13 +291,13 @@ function drawMechanism(canvas, list) {
     const colour = list.length > 1 ? () => runColour(r) : (body) => (body < 0 ? colours.soft : bodyColour(body));
     c.globalAlpha = k > 0 ? 0.65 : 1;
     for (const kind of order) {
-      for (const s of run.shapes) if (s.kind === kind && (k === 0 || kind !== 'mass')) painters[kind](c, s, to, pose, colour);
+      for (const s of run.shapes) if (s.kind === kind && (k === 0 || kind !== 'mass')) painters[kind](c, s, to, pose, colour, run);
       if (kind === 'link') for (const beam of run.motion.beams) drawBeam(c, beam, to, pose, colour, k === 0);
     }
     if (state.arrows) drawForces(c, run, to, pose, at);
     c.globalAlpha = 1;
   });
-  if (state.magnify !== 1) { c.fillStyle = colours.soft; c.fillText(`deflection × ${state.magnify}`, 12, 18); }
+  if (state.magnify !== 1) { c.fillStyle = colours.soft; c.fillText(`${magnifiedParts} × ${state.magnify}`, 12, 18); }
   // Scale bar: a round length of about a fifth of the width.
   const length = ticks(0, 0.25 * width / to.k, 1)[1] || ticks(0, 0.25 * width / to.k, 2)[1];
   if (length) {

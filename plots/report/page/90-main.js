@@ -95,7 +95,8 @@ function makeMotion() {
   for (const [value, text] of layouts) { const option = element('option', '', text); option.value = value; byId('layout').append(option); }
   byId('layout-label').hidden = runs.length < 2;
   byId('arrows-label').hidden = !runs.some((run) => run.motion.arrows.length || run.events.t.length);
-  byId('deflection-label').hidden = !runs.some((run) => run.motion.beams.length);
+  byId('deflection-label').hidden = !magnifiedParts;
+  byId('deflection-label').firstChild.textContent = `${magnifiedParts} `;
   for (const factor of [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]) { const option = element('option', '', `× ${factor}`); option.value = factor; byId('deflection').append(option); }
   byId('deflection').addEventListener('change', (e) => { state.magnify = Number(e.target.value); redraw(); });
   byId('play').addEventListener('click', () => play());

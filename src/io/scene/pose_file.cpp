@@ -10,6 +10,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/run_json.hpp"
 #include "io/scene/beam_line.hpp"
+#include "io/scene/bearing_line.hpp"
 #include "mechanism/scene.hpp"
 #include "values/table.hpp"
 
@@ -112,6 +113,12 @@ class PoseShapes {
         place_of(q_, j.between[1], j.at[1]), j.between[1]);
   }
   void draw_joint(const RatioJoint&) {}  // has no place
+  void draw_surface(const RevoluteJoint& j, int end, const SurfaceLine& line) {
+    const int body = j.between[end];
+    for (std::size_t k = 0; k < line.points.size(); ++k)
+      row(end == 0 ? "bearing" : "journal", j.name, body, place_of(q_, body, line.points[k]),
+          place_of(q_, body, line.nominal[k]), body);
+  }
   /// Draws the discs of a group, and its walls as lines.
   void draw_group(const Group& group) {
     for (int n = 0; n < group.size(); ++n)
@@ -194,8 +201,11 @@ class PoseShapes {
       if (j.between[0] != ground && j.between[1] != ground)
         row("line", j.name, j.between[0], end_place(joint, 0, q_), p, j.between[1]);
     } else if constexpr (requires { j.clearance->bearing_radius; }) {
+      const auto lines = surface_lines(m_, j);
       row(j.clearance ? "loose" : "pin", j.name, j.clearance ? j.between[0] : holder,
-          j.clearance ? end_place(joint, 0, q_) : p, {j.clearance ? j.clearance->bearing_radius : 0, 0});
+          j.clearance ? end_place(joint, 0, q_) : p,
+          {j.clearance && lines.empty() ? j.clearance->bearing_radius : 0, 0});
+      for (std::size_t end = 0; end < lines.size(); ++end) draw_surface(j, static_cast<int>(end), lines[end]);
     } else {
       row(std::string_view(J::type) == "rigid" ? "weld" : "joint", j.name, holder, p);
     }

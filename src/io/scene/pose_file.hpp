@@ -6,7 +6,9 @@
 //               corners form a closed polygon
 //     mass      the body's centre of mass
 //     pin       a revolute joint without clearance
-//     loose     a revolute joint with clearance, a the bearing's radius
+//     loose     a revolute joint with clearance, a the bearing's radius, or 0 if its surfaces follow
+//     bearing   a point of the surface of a joint with a profile, and its place on the nominal circle
+//     journal   of the journal about the centre of the surface (io/scene/bearing_line.hpp)
 //     weld      a rigid joint
 //     slider    a joint with an axis, (a, b) its unit vector
 //     support   a point that the ground holds
@@ -50,7 +52,7 @@ std::vector<PoseShape> pose_shapes(const Scene& scene, const std::vector<double>
 std::string pose_table(const Scene& scene, const State& state);
 
 /// Writes pose.csv, and pose.json with the provenance and the factor by which the figure magnifies the deflection
-/// of beams.
+/// of beams, and clearance and deviations of joints with profiles.
 void write_pose(const Scene& scene, const State& state, const std::filesystem::path& folder,
                 double magnify = 1);
 

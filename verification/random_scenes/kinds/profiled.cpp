@@ -75,7 +75,8 @@ DrawnProfile draw_smooth(Draw& draw, double side, double share, double c) {
     rows = lobes(draw.whole(2, 5), draw.angle());
   } else {
     for (int k = 0; k < 4; ++k) {
-      const double n = draw.whole(1, 9), from = draw.angle(), size = draw.between(0.2, 1) / std::max(n * n - 1, 1.0);
+      const double n = draw.whole(1, 9), from = draw.angle(),
+                   size = draw.between(0.2, 1) / std::max(n * n - 1, 1.0);
       rows.push_back({n, size * std::cos(from), size * std::sin(from)});
     }
   }
@@ -84,9 +85,7 @@ DrawnProfile draw_smooth(Draw& draw, double side, double share, double c) {
 }
 
 /// Lobes so deep that the journal touches between them on two sides: a (n² − 1) > c.
-double deep(Draw& draw, int n, double c) {
-  return c * draw.between(1.5, n == 2 ? 1.8 : 3) / (n * n - 1);
-}
+double deep(Draw& draw, int n, double c) { return c * draw.between(1.5, n == 2 ? 1.8 : 3) / (n * n - 1); }
 
 /// Coordinates of the reference, as rows of the scene.
 void derive(Draft& out, std::size_t first, const std::vector<int>& coordinates, const ProfiledJournal& rigid,
@@ -180,14 +179,16 @@ void thrown_journal(Draw& draw, Draft& out, bool slides) {
   if (carrier > 0) {
     at = out.body(ring);
     if (carrier < 3) out.joint("revolute", "ground", "ring", {0, 0}, {0, 0});
-    if (carrier == 1) out.drive(out.last_joint(), toml("speed = {}\ninitial_angle = {}\n", ring.spin, ring.angle));
+    if (carrier == 1)
+      out.drive(out.last_joint(), toml("speed = {}\ninitial_angle = {}\n", ring.spin, ring.angle));
   }
   const auto q = out.body(pin);
   out.joint("revolute", carrier > 0 ? "ring" : "ground", "pin", of_ring, of_pin, keys);
   out.text += tables;
   one.arms = {{{of_ring.x(), of_ring.y()}, {of_pin.x(), of_pin.y()}}};
   one.start.q = {0, 0, ring.angle, pin.at.x(), pin.at.y(), pin.angle};
-  one.start.v = {ring.velocity.x(), ring.velocity.y(), ring.spin, pin.velocity.x(), pin.velocity.y(), pin.spin};
+  one.start.v = {ring.velocity.x(), ring.velocity.y(), ring.spin,
+                 pin.velocity.x(),  pin.velocity.y(),  pin.spin};
   one.inverse = {0, 0, 0, 1 / m, 1 / m, 1 / pin.inertia};
   if (carrier == 3) one.inverse[0] = one.inverse[1] = 1 / M;
   if (carrier >= 2) one.inverse[2] = 1 / ring.inertia;
@@ -255,18 +256,18 @@ void resting_journal(Draw& draw, Draft& out) {
   // Rest within a thousandth of the clearance in the event-driven scheme.
   out.still(q, x, 100 * c);
   out.still(q + 1, y, 100 * c);
-  out.scene.derived.push_back(
-      {q + 2, [=](Family, const std::vector<double>& instants, const Change& change) {
-         OneCoordinate::Rows list;
-         const double w = spin + change.v, a = brake * (1 + change.load), stop = a > 0 ? std::abs(w) / a : INFINITY;
-         for (const double t : instants) {
-           const double now = std::min(t, stop);
-           list.x.push_back(change.x + w * now - 0.5 * s * a * now * now);
-           list.v.push_back(t < stop ? w - s * a * t : 0);
-         }
-         list.known = instants.size();
-         return list;
-       }});
+  out.scene.derived.push_back({q + 2, [=](Family, const std::vector<double>& instants, const Change& change) {
+                                 OneCoordinate::Rows list;
+                                 const double w = spin + change.v, a = brake * (1 + change.load),
+                                              stop = a > 0 ? std::abs(w) / a : INFINITY;
+                                 for (const double t : instants) {
+                                   const double now = std::min(t, stop);
+                                   list.x.push_back(change.x + w * now - 0.5 * s * a * now * now);
+                                   list.v.push_back(t < stop ? w - s * a * t : 0);
+                                 }
+                                 list.known = instants.size();
+                                 return list;
+                               }});
   out.finish(T * draw.between(1, 5));
 }
 
