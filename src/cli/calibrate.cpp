@@ -14,6 +14,7 @@
 #include "cli/ending.hpp"
 #include "cli/figures.hpp"
 #include "cli/folders.hpp"
+#include "cli/measured_rows.hpp"
 #include "cli/terminal.hpp"
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
@@ -115,6 +116,7 @@ int calibrate_quantities(const Study& study, const std::filesystem::path& folder
 
 int calibrate(const StudyRequest& request) {
   const auto study = read_study(request.study, request.reach);
+  if (study.rows) return calibrate_rows(request, study);
   const bool quantities = study.calibration && fits_quantities(*study.calibration);
   const bool series = study.calibration && fits_series(*study.calibration);
   if (!quantities && !series) require_signal(study, "calibrate");
@@ -195,7 +197,7 @@ int calibrate(const StudyRequest& request) {
 void calibrate_verb(Program& program) {
   auto [options, request] =
       program.verb("calibrate", "fit unknown parameters of a study to measured statistics", calibrate);
-  declare_study(options, request, "study file with [calibrate]", "result folder; default out/NAME");
+  declare_study(options, request, "study file with [calibrate] or [rows]", "result folder; default out/NAME");
 }
 
 }  // namespace freeplay::cli

@@ -9,6 +9,7 @@
 
 #include "cli/ending.hpp"
 #include "cli/folders.hpp"
+#include "cli/measured_rows.hpp"
 #include "cli/terminal.hpp"
 #include "cli/validate.hpp"
 #include "io/files/build_identity.hpp"
@@ -113,11 +114,12 @@ int validate_points(const ValidateRequest& request, const Study& study) {
 int validate_study(const ValidateRequest& request) {
   auto study = read_study(request.scene, request.reach);
   if (study.claims == "points") return validate_points(request, study);
+  if (study.claims == "rows") return validate_rows(request, study);
   require_signal(study, "validate");
   if (study.claims != "flores2011")
     throw SceneError(
-        fmt::format("{}: claims must be \"flores2011\" or \"points\"; for a measured signal use `freeplay "
-                    "validate SCENE --data FILE`",
+        fmt::format("{}: claims must be \"flores2011\", \"points\" or \"rows\"; for a measured signal use "
+                    "`freeplay validate SCENE --data FILE`",
                     request.scene));
   if (study.axes.size() != 2)
     throw SceneError(

@@ -111,6 +111,10 @@ SceneError in_study(const Study& study, const SceneError& error) {
     for (const auto& key : axis.others) look({"axes"}, axis.name, key + "=");
   }
   for (const auto& variant : study.variants) sets({"variants"}, variant);
+  if (study.rows) {
+    for (const auto& set : study.rows->overrides) look({}, "rows", set.substr(0, set.find('=') + 1));
+    for (const auto& x : study.rows->unknowns) look({"rows", "unknowns"}, x.name, x.key + "=");
+  }
   if (study.calibration) {
     for (const auto& x : study.calibration->unknowns) look({"calibrate", "unknowns"}, x.name, x.key + "=");
     for (const auto& x : study.calibration->targets) sets({"calibrate", "targets"}, x);
@@ -284,6 +288,7 @@ std::string study_text(const Study& study) {
   for (const auto& v : study.variants) files[v.scene] = digest(to_toml(*open_scene(v.scene, {}, outside)));
   if (!study.fit.empty()) files[study.fit] = digest(study_text(read_study(study.fit, study.reach)));
   if (!study.points.empty()) files[study.points] = digest(read_text(study.points));
+  if (study.rows) files[study.rows->file] = digest(read_text(study.rows->file));
   if (study.calibration)
     for (const auto& t : study.calibration->targets)
       if (!t.data.empty()) files[t.data] = digest(read_text(t.data));

@@ -20,6 +20,7 @@
 #include "mechanism/error.hpp"
 #include "mechanism/keys.hpp"
 #include "study/runs/perturb.hpp"
+#include "study/settings/measured_rows.hpp"
 #include "study/settings/study_parts.hpp"
 #include "values/family.hpp"
 
@@ -97,6 +98,7 @@ struct Variant {
   /// Hz, sampling rate of the measurement its runs are compared with; 0: the instruments' own.
   double sampling = 0;
   double noise = 0;  ///< m/s², standard deviation of the noise of that measurement's samples
+  std::vector<std::string> unknowns = {};  ///< names of those of MeasuredRows that are fitted in it
 
   static void keys(auto& k, auto& x) {
     k.take({"title", "", "what the variant changes", "its name"}, x.title);
@@ -105,21 +107,7 @@ struct Variant {
     k.other({"formulations", "", "as in the study", "the study's"}, "names", x.formulations, read_families);
     k.take({"starts", "", "as in the study", "the study's"}, x.starts, study_count);
     k.take({"revolutions", "", "as in the study", "the study's"}, x.revolutions, one_or_more);
-  }
-};
-
-/// A parameter that calibration identifies.
-struct Unknown {
-  std::string name, key, unit;
-  double low = 0, high = 0;
-  bool logarithmic = false;
-
-  static void keys(auto& k, auto& x) {
-    k.need({"key", "", "scene key to be fitted"}, x.key);
-    k.need({"low", unit_of(x.key), "least value"}, x.low, any_number);
-    k.need({"high", unit_of(x.key), "greatest value"}, x.high, any_number);
-    k.other({"scale", "", "or \"log\"", "\"linear\""}, "text", x.logarithmic, read_logarithmic);
-    k.take({"unit", "", "as shown"}, x.unit);
+    k.names({"unknowns", "", "unknowns of [rows] that are fitted in this variant", "all"}, x.unknowns);
   }
 };
 
@@ -281,6 +269,7 @@ struct Study {
   std::vector<Derived> derived;
   /// Units of measures and derived columns, as figures show them.
   std::vector<std::pair<std::string, std::string>> units;
+  std::optional<MeasuredRows> rows;
   std::vector<Variant> variants;
   std::optional<Calibration> calibration;
   std::optional<BifurcationPlan> bifurcation;
@@ -298,8 +287,8 @@ struct Study {
       k.take({"title", "", "title of the study"}, x.title);
       k.need({"scene", "", "scene file, relative to the study's"}, x.scene);
       k.take({"claims", "",
-              "what `validate` compares with: \"flores2011\" (published findings) or \"points\" (measured "
-              "values)",
+              "what `validate` compares with: \"flores2011\" (published findings), \"points\" (measured "
+              "values) or \"rows\" (measured runs of [rows])",
               "–"},
              x.claims);
       k.take({"points", "",
@@ -370,6 +359,7 @@ struct Study {
                "NAME = \"unit\" of measures and derived quantities, as figures show it; default of a "
                "measure: that of its column"},
               x.units);
+      k.part("rows", "[rows]", x.rows);
       k.tables("variants", "a variant", x.variants);
       k.part("calibrate", "[calibrate]", x.calibration);
       k.part("bifurcation", "[bifurcation]", x.bifurcation);

@@ -229,11 +229,47 @@ void StudyReader::finish(Variant& v) {
     s_.fail("revolutions", "counts periods, but the study's duration is in seconds");
   study_.starts.given |= s_.has("starts");
   for (const auto& axis : study_.axes) refuse_twice_set(s_, v.overrides, keys_of(axis), "axis " + axis.name);
+  const auto known = names_of_unknowns();
+  for (const auto& name : v.unknowns)
+    if (std::ranges::count(known, name) == 0)
+      s_.fail("unknowns", known.empty() ? fmt::format("\"{}\": the study has no rows.unknowns", name)
+                                        : unknown_word(name, known));
+}
+
+std::vector<std::string> StudyReader::names_of_unknowns() const {
+  std::vector<std::string> names;
+  if (study_.rows)
+    for (const auto& x : study_.rows->unknowns) names.push_back(x.name);
+  return names;
+}
+
+void StudyReader::finish(RowTarget& target) {
+  std::vector<std::string> known;
+  for (const auto& m : study_.measures) known.push_back(m.name);
+  if (std::ranges::count(known, target.name) == 0)
+    s_.fail("", known.empty() ? fmt::format("\"{}\": the study has no measure; add [measure.{}]", target.name,
+                                            target.name)
+                              : "the name must be that of a measure: " + unknown_word(target.name, known));
+}
+
+void StudyReader::finish(MeasuredRows& rows) {
+  std::vector<std::string> varied;
+  for (const auto& set : rows.overrides) {
+    if (set.find('=') == set.npos) s_.fail("set", fmt::format("\"{}\" must be KEY=VALUE", set));
+    varied.push_back(set.substr(0, set.find('=')));
+  }
+  for (const auto& x : rows.unknowns)
+    if (std::ranges::count(varied, x.key) > 0)
+      s_.fail("unknowns." + x.name + ".key", fmt::format("{} is set by each row", x.key));
+  if (!study_.axes.empty()) s_.fail("", "cannot be combined with axes: each row is one run");
 }
 
 void StudyReader::finish(Study& study) {
   if ((study.claims == "points") != s_.has("points"))
     s_.fail("claims", "\"points\" and the key points go together; one of them is missing");
+  if (study.claims == "rows" && !study.rows) s_.fail("claims", "\"rows\" needs the measured runs, [rows]");
+  if (study.rows && study.calibration)
+    s_.fail("calibrate", "cannot be combined with [rows]; calibrate them in two studies");
   study.starts.given |= s_.has("starts");
   for (const char* key : {"revolutions", "discard"}) {
     study.length.in_periods |= s_.has(key);
@@ -255,7 +291,10 @@ void StudyReader::finish(Study& study) {
                               {},
                               study.formulations,
                               study.starts.count,
-                              study.length.revolutions});
+                              study.length.revolutions,
+                              0,
+                              0,
+                              names_of_unknowns()});
 }
 
 void require_expressions(const Study& study) {

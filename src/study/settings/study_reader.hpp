@@ -58,6 +58,7 @@ class StudyReader : public SectionReader {
       x.formulations = study_.formulations;
       x.starts = study_.starts.count;
       x.revolutions = study_.length.revolutions;
+      x.unknowns = names_of_unknowns();
     }
     return x;
   }
@@ -67,12 +68,17 @@ class StudyReader : public SectionReader {
   void finish(Unknown& unknown);
   void finish(Target& x);
   void finish(Calibration& calibration);
+  void finish(RowTarget& target);
+  void finish(RowClasses& classes) { require_word(classes.name, "classes"); }
+  void finish(MeasuredRows& rows);
   void finish(BifurcationPlan& plan) { refuse_varied(plan, {plan.axis}); }
   void finish(BasinPlan& plan) { refuse_varied(plan, {plan.x, plan.y}); }
   void finish(ContinuationPlan& plan);
   void finish(WearPlan& plan);
   void finish_quantity(Target& x);
   void finish_series(Target& x);
+  /// Those of [rows].
+  std::vector<std::string> names_of_unknowns() const;
   /// Refuses keys that an axis varies and the plan also sets.
   void refuse_varied(const AttractorPlan& plan, std::initializer_list<std::size_t> axes);
   /// Refuses the name of an axis, measure or derived quantity that is already a column of the results.
