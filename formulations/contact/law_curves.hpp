@@ -80,8 +80,9 @@ struct LawCurves {
 };
 
 /// Curves of all laws for the contacts of the scene. Line contacts are omitted if a joint has no
-/// bearing_length, the elastic foundation if a surface has no layer, Kelvin–Voigt's law if the scene states no stiffness or damping of it. Throws ModelError if
-/// the scene has no contact, or a surface without what a law needs.
+/// bearing_length, the elastic foundation if a surface has no layer, Kelvin–Voigt's law if the scene states
+/// no stiffness or damping of it. Throws ModelError if the scene has no contact, or a surface without what a
+/// law needs.
 LawCurves law_curves(const Scene& scene, const ImpactSetting& setting);
 
 }  // namespace freeplay

@@ -32,40 +32,12 @@ int degree(double angle) {
   return std::min(static_cast<int>(360 * (turns - std::floor(turns))), 359);
 }
 
-/// Weighted sums of a class. The weight of the forces is smaller than that of the directions if forces of
-/// impulses are not known.
-struct Sums {
-  double weight = 0, known = 0, force = 0;
-  std::array<double, 4> directions{};  // cos and sin on the bearing and on the journal
-
-  void add(double w, double f, double on_bearing, double on_journal) {
-    weight += w;
-    if (std::isfinite(f)) known += w, force += w * f;
-    directions[0] += w * std::cos(on_bearing), directions[1] += w * std::sin(on_bearing);
-    directions[2] += w * std::cos(on_journal), directions[3] += w * std::sin(on_journal);
-  }
-  template <class M>
-  void serialize(M& m) {
-    m(weight, known, force, directions);
-  }
-};
-
 /// Width of an even distribution of directions whose mean vector has a length of `length`: √12 times its
 /// standard deviation; 0 below rounding.
 double width_of(double length) {
   const double width = std::sqrt(24 * std::max(0.0, 1 - length));
   return width > 1e-6 ? width : 0;
 }
-
-/// A class: sums weighted by F ds and by F dt.
-struct Class {
-  Sums by_distance, by_time;
-  double greatest = 0;
-  template <class M>
-  void serialize(M& m) {
-    m(by_distance, by_time, greatest);
-  }
-};
 
 /// Mean force ∫ F² dt/∫ F dt (N) of an impact without loss; NaN without an approach speed (bearing_load.hpp).
 double force_of_impact(const Foundation& f, double impulse, double approach, double rebound) {
@@ -86,6 +58,33 @@ double force_of_impact(const Foundation& f, double impulse, double approach, dou
 
 /// An observed joint with its classes.
 struct BearingLoadObserver::Bearing {
+  /// Weighted sums of a class. The weight of the forces is smaller than that of the directions if forces of
+  /// impulses are not known.
+  struct Sums {
+    double weight = 0, known = 0, force = 0;
+    std::array<double, 4> directions{};  // cos and sin on the bearing and on the journal
+
+    void add(double w, double f, double on_bearing, double on_journal) {
+      weight += w;
+      if (std::isfinite(f)) known += w, force += w * f;
+      directions[0] += w * std::cos(on_bearing), directions[1] += w * std::sin(on_bearing);
+      directions[2] += w * std::cos(on_journal), directions[3] += w * std::sin(on_journal);
+    }
+    template <class M>
+    void serialize(M& m) {
+      m(weight, known, force, directions);
+    }
+  };
+  /// A class: sums weighted by F ds and by F dt.
+  struct Class {
+    Sums by_distance, by_time;
+    double greatest = 0;
+    template <class M>
+    void serialize(M& m) {
+      m(by_distance, by_time, greatest);
+    }
+  };
+
   std::string name;
   int joint;
   std::array<int, 2> bodies;

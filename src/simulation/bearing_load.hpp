@@ -20,11 +20,11 @@
 // v⁻ √(m (π/2) E* L). An impulse without approach speed, of a contact that is closed already, takes the mean
 // force of its class.
 //
-// The loads are collected in classes of a degree of the direction in both bodies. A class keeps weighted means
-// of its directions, so that a constant direction is exact. If the journal neither wears nor has a profile,
-// the classes are those of the direction in the bearing's body alone.
+// The loads are collected in classes of a degree of the direction in both bodies. A class keeps weighted
+// means of its directions, so that a constant direction is exact. If the journal neither wears nor has a
+// profile, the classes are those of the direction in the bearing's body alone.
 //
-// Use: pass it to a run, then loads(). pressures() (bearing_pressures.hpp) makes the pressures of them.
+// Use: pass it to a run, then loads(). pressures() (pressure_table.hpp) makes the pressures of them.
 #pragma once
 
 #include <cstddef>
@@ -67,7 +67,8 @@ struct BearingLoads {
 /// layer.
 class BearingLoadObserver final : public Observer {
  public:
-  /// Observes from run.discard on; keeps no reference to the scene. Throws ModelError that names a missing key.
+  /// Observes from run.discard on; keeps no reference to the scene. Throws ModelError that names a missing
+  /// key.
   explicit BearingLoadObserver(const Scene& scene);
   ~BearingLoadObserver() override;
 

@@ -134,8 +134,8 @@ class JournalSearch {
   /// round bearing.
   ///
   /// The rigid journal is at the greatest x·F with x·e ≤ g everywhere, a vertex of two directions a and b. In
-  /// polar duality it is the edge of the convex hull of the points e/g that the ray along F crosses. g depends
-  /// on x in second order and is therefore taken anew.
+  /// polar duality it is the edge of the convex hull of the points e/g that the ray along F crosses. g
+  /// depends on x in second order and is therefore taken anew.
   Vec2 first(const Vec2& load, double softness) {
     const double force = load.norm();
     const Vec2 along = (1 / force) * load;

@@ -12,15 +12,16 @@
 //
 //     p = ⟨δ⟩/(1/K + s),    F = L R_b ∫ p e dφ
 //
-// K is that of an elastic layer, (1 − ν) E_l/[(1 + ν)(1 − 2ν) t] in plane strain (P. Põdra, S. Andersson, Wear
-// 207 (1997) 79; S. Mukras et al., Wear 268 (2010) 1109), or that of the foundation on which the contact of
-// round surfaces under this load is as wide as Hertz's (K. L. Johnson, Contact Mechanics, 1985, section 4.3),
+// K is that of an elastic layer, (1 − ν) E_l/[(1 + ν)(1 − 2ν) t] in plane strain (P. Põdra, S. Andersson,
+// Wear 207 (1997) 79; S. Mukras et al., Wear 268 (2010) 1109), or that of the foundation on which the
+// contact of round surfaces under this load is as wide as Hertz's (K. L. Johnson, Contact Mechanics, 1985,
+// section 4.3),
 //
 //     K = (3π/8) E*/a,    a² = 4 F R_b R_j/(π E* L c),    E* = E/[2(1 − ν²)]
 //
-// solve() finds x for a given F by Newton's method with step halving: F is the gradient of a convex energy, up
-// to terms in c/R. The deviations are interpolated by cubics (Catmull and Rom), and δ between two angles by the
-// parabola through three points, so that contacts narrower than a step are resolved.
+// solve() finds x for a given F by Newton's method with step halving: F is the gradient of a convex energy,
+// up to terms in c/R. The deviations are interpolated by cubics (Catmull and Rom), and δ between two angles
+// by the parabola through three points, so that contacts narrower than a step are resolved.
 //
 // For a round journal and bearing, and for c ≪ R, p = K ⟨(c + δ) cos φ − c⟩ has the resultant, its slope and
 // energy of RoundFoundation in closed form; the contact law "elastic-foundation" is that resultant.
@@ -93,10 +94,10 @@ struct NoEquilibrium : std::runtime_error {
 /// Finds the pressure under a load of `force` (N, > 0) on the bearing in the direction `direction` (rad, in
 /// the axes of the bearing's body).
 ///
-/// bearing: d_b (m) at n ≥ 8 equal angles from 0 in the axes of the bearing's body, > 0: larger bearing, as of
-/// wear. journal: d_j (m) at n_j equal angles in the axes of the journal's body, < 0: worn; empty: round.
-/// turn: θ_j − θ_i (rad). softening: s (m/Pa), for implicit steps of wear. Allocates nothing if `out` was used
-/// for the same n before. Throws NoEquilibrium.
+/// bearing: d_b (m) at n ≥ 8 equal angles from 0 in the axes of the bearing's body, > 0: larger bearing, as
+/// of wear. journal: d_j (m) at n_j equal angles in the axes of the journal's body, < 0: worn; empty:
+/// round. turn: θ_j − θ_i (rad). softening: s (m/Pa), for implicit steps of wear. Allocates nothing if
+/// `out` was used for the same n before. Throws NoEquilibrium.
 void solve(const Foundation& foundation, std::span<const double> bearing, std::span<const double> journal,
            double turn, double force, double direction, double softening, Pressure& out);
 

@@ -28,8 +28,8 @@ struct Addition {
   double wear = 0;           ///< m/(s Pa), k ∫F ds/(T ∫ p dA)
 };
 
-/// Calls take(k, p, share) with pressures turned to angles less by `turn`, for directions that are distributed
-/// evenly over `width`. They are interpolated linearly, which keeps their sum.
+/// Calls take(k, p, share) with pressures turned to angles less by `turn`, for directions that are
+/// distributed evenly over `width`. They are interpolated linearly, which keeps their sum.
 template <class Take>
 void each_turned(const std::vector<double>& values, double turn, double width, const Take& take) {
   const auto n = static_cast<long>(values.size());

@@ -72,11 +72,10 @@ struct RevoluteJoint {
           c->journal_profile);
       k.check(c->lubricant < 0 || !c->has_profile(), "lubricant",
               "cannot be combined with a profile: the films are those of round surfaces");
-      k.take(
-          {"bearing_wear", "m²/N",
-           "wear coefficient k of the bearing in Archard's law, depth rate = k × pressure × sliding speed, ≥ 0; "
-           "if absent: no wear"},
-          c->bearing_wear, non_negative);
+      k.take({"bearing_wear", "m²/N",
+              "wear coefficient k of the bearing in Archard's law, depth rate = k × pressure × sliding "
+              "speed, ≥ 0; if absent: no wear"},
+             c->bearing_wear, non_negative);
       k.take({"journal_wear", "m²/N", "wear coefficient k of the journal, ≥ 0; if absent: no wear"},
              c->journal_wear, non_negative);
       const char* wearing = c->bearing_wear ? "bearing_wear" : "journal_wear";

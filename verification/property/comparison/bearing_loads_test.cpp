@@ -94,8 +94,8 @@ TEST_CASE("a journal that turns under its weight wears its bearing at one place 
       on_journal += surfaces.journal->wear_rate[k] * (R - c) * step;
       mean +=
           surfaces.bearing.mean[k] * length * R * step * std::cos(step * static_cast<double>(k) - direction);
-      // Even wear of the journal. Samples every quarter of a degree differ by 5 % from class to class, and the
-      // widths of neighbouring classes leave gaps of 3 %.
+      // Even wear of the journal. Samples every quarter of a degree differ by 5 % from class to class, and
+      // the widths of neighbouring classes leave gaps of 3 %.
       CHECK(surfaces.journal->wear_rate[k] ==
             Approx(k_j * work / (length * T * 2 * M_PI * (R - c))).epsilon(way.penalty() ? 0.5 : 0.2));
     }
@@ -159,7 +159,8 @@ TEST_CASE("the force that an impact stands for is that of the elastic foundation
 }
 
 TEST_CASE("a journal that rests on both sides of an oval bearing wears it by the resultant", "[wear]") {
-  // p = a cos 2φ with a = c/2 and weight along x: e = √(8a(c − a)), contacts at the angles ± acos(e/4a) = ±45°.
+  // p = a cos 2φ with a = c/2 and weight along x: e = √(8a(c − a)), contacts at the angles ± acos(e/4a) =
+  // ±45°.
   const double a = 0.5 * c, e = std::sqrt(8 * a * (c - a)), spin = 30, T = 0.1;
   const auto text = journal({e, 0}, {0, 0}, spin, {g, 0}, 0, test::run_for(T, "start = \"given\"\n"),
                             "bearing_profile = \"oval\"\n") +
@@ -177,8 +178,8 @@ TEST_CASE("a journal that rests on both sides of an oval bearing wears it by the
     for (std::size_t k = 0; k < pressure_angles; ++k) {
       const double phi = std::remainder(step * static_cast<double>(k), 2 * M_PI);
       sum += surfaces.bearing.mean[k] * length * R * step * Vec2{std::cos(phi), std::sin(phi)};
-      // Polar angle of the place with the normal at 45°, where p′ = −2a: 45° + p′/R = 42°; the contacts are 0.3°
-      // wide, and the hat functions 1°.
+      // Polar angle of the place with the normal at 45°, where p′ = −2a: 45° + p′/R = 42°; the contacts are
+      // 0.3° wide, and the hat functions 1°.
       if (surfaces.bearing.mean[k] > 0)
         CHECK(std::abs(phi) == Approx(M_PI / 4 - 2 * a / R).margin(1.5 * M_PI / 180));
     }

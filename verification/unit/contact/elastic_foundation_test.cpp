@@ -52,7 +52,8 @@ TEST_CASE("the elastic foundation's force, slope and energy equal integrals of t
 }
 
 TEST_CASE("the elastic foundation approaches a parabola's resultant with an error of first order", "[laws]") {
-  // δ − c φ²/2 has the resultant (2/3) (2δ/c)^(3/2) in units of K L R_b c. Of the next order, by hand: −0.65 δ/c.
+  // δ − c φ²/2 has the resultant (2/3) (2δ/c)^(3/2) in units of K L R_b c. Of the next order, by hand:
+  // −0.65 δ/c.
   const auto error = [](double depth) {
     return std::abs(RoundFoundation::force(depth) / (2.0 / 3 * std::pow(2 * depth, 1.5)) - 1);
   };

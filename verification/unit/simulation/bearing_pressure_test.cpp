@@ -1,5 +1,5 @@
-// The pressure of a journal on an elastic foundation: equilibrium by an independent sum over the angle, Hertz's
-// and Persson's widths, the closed form of round surfaces, and implicit softening.
+// The pressure of a journal on an elastic foundation: equilibrium by an independent sum over the angle,
+// Hertz's and Persson's widths, the closed form of round surfaces, and implicit softening.
 #include "simulation/bearing_pressure.hpp"
 
 #include "mechanism/profile.hpp"
@@ -85,8 +85,8 @@ TEST_CASE("the pressure balances the load in round, worn and oval bearings", "[w
 }
 
 TEST_CASE("a foundation matched to Hertz's width has it, at any angle of the load", "[wear]") {
-  // Widths far below and above a step of 0.5°. To first order in the angle α of the contact p is a parabola of
-  // the depth a²/(2 R_eff); the next terms are of the order α²/2.
+  // Widths far below and above a step of 0.5°. To first order in the angle α of the contact p is a parabola
+  // of the depth a²/(2 R_eff); the next terms are of the order α²/2.
   const auto bearing = grid(720, round_surface);
   Pressure p;
   for (const double force : {1.0, 100.0, 1000.0}) {
