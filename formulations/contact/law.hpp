@@ -46,7 +46,7 @@ template <ScopedEnum E, int I = 0, class F>
 ///   linear       F = K δ
 ///   logarithmic  δ = f [ln(4ΔR/f) + B]
 ///   liu          F = (π/2) L E* δ √(δ/[2(ΔR + δ)])
-///   persson      F = E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],  b² = δ/(2ΔR + δ)
+///   persson      F = 2E* ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴],  b² = δ/(2ΔR + δ)
 ///   foundation   F = K L R_b [(ΔR + δ)(α + sin α cos α) − 2ΔR sin α],  cos α = ΔR/(ΔR + δ)
 ///   own          F(δ, 0, 1) of a user-defined law (mechanism/outside.hpp)
 ///
@@ -54,7 +54,7 @@ template <ScopedEnum E, int I = 0, class F>
 struct ElasticLaw {
   enum class Kind { hertz, power, linear, logarithmic, liu, persson, foundation, own };
   Kind kind = Kind::hertz;
-  /// K, N/m^n; for liu (π/2) L E* (N/m); for logarithmic and persson π E* L (N/m); for foundation
+  /// K, N/m^n; for liu (π/2) L E* (N/m); for logarithmic π E* L and persson 2π E* L (N/m); for foundation
   /// K L R_b ΔR (N)
   double stiffness = 0;
   double exponent = 1.5;            ///< n of power

@@ -127,6 +127,18 @@ TEST_CASE("the laws of Johnson and ESDU differ by the sign of the one", "[laws]"
   CHECK(force_of(ContactLaw::radzimovsky).elastic.force(delta) == Approx(F).epsilon(1e-12));
 }
 
+// Hertz's line contact with the half width a = R ε has F = π E* L a²/(4 R_eff), R_eff = R²/ΔR, thus
+// π E* L ΔR ε²/4. Persson's load differs from it by terms of order ε².
+TEST_CASE("persson has Hertz's load at small contact angles", "[laws]") {
+  const auto law = force_of(ContactLaw::persson);
+  for (const double angle : {0.02, 0.04}) {
+    const double depth = c * (1 / std::cos(angle) - 1);
+    const double hertz = std::numbers::pi * modulus * length * c * angle * angle / 4;
+    CAPTURE(angle);
+    CHECK(std::abs(law.elastic.force(depth) / hertz - 1) < angle * angle);
+  }
+}
+
 TEST_CASE("line contacts: monotonic force, stated limit, and energy as the integral of the force", "[laws]") {
   for (const auto& law : contact_laws()) {
     if (law.kind == ContactKind::spring_damper) continue;
