@@ -13,36 +13,51 @@ namespace freeplay {
 namespace {
 
 /// Share of the growth of a depth that the passes of WornBearing may leave undetermined.
-constexpr double pass_tolerance = 1e-3;
+constexpr double pass_tolerance = 0.01;
+/// Classes of loads are made wider until there are no more than these.
+constexpr std::size_t most_classes = 400;
+/// Share of the work whose smallest classes are left out: forces of rounding press nothing.
+constexpr double omitted_work = 1e-6;
 /// Relative distance from a limit at which it counts as reached.
 constexpr double reached = 1e-3;
 constexpr int most_reductions = 80;
 /// Standard errors that count as explained by chance.
 constexpr double by_chance = 2;
 
-/// Adds the classes of one start: of a degree in both bodies, with means weighed by the work.
+/// The classes of several starts, in bins of the same number of degrees in both bodies.
 class Classes {
  public:
+  explicit Classes(int degrees) : degrees_(degrees) {}
   void add(const BearingLoads& start) {
     for (const auto& load : start.loads) {
       if (!(load.work > 0)) continue;
-      auto& c = found_[{degree(load.on_bearing), start.merged ? 0 : degree(load.on_journal)}];
+      auto& c = found_[{bin(load.on_bearing), start.merged ? 0 : bin(load.on_journal)}];
       c.work += load.work;
       c.force += load.work * load.force;
-      c.width_on_bearing += load.work * load.width_on_bearing;
-      c.width_on_journal += load.work * load.width_on_journal;
-      c.bearing = c.bearing + load.work * Vec2{std::cos(load.on_bearing), std::sin(load.on_bearing)};
-      c.journal = c.journal + load.work * Vec2{std::cos(load.on_journal), std::sin(load.on_journal)};
+      c.bearing.add(load.work, load.on_bearing, load.width_on_bearing);
+      c.journal.add(load.work, load.on_journal, load.width_on_journal);
     }
   }
+  std::size_t size() const { return found_.size(); }
+  /// In the order of the directions on the bearing.
   std::vector<BearingLoad> loads() const {
+    std::vector<double> works;
+    double sum = 0;
+    for (const auto& [key, c] : found_) works.push_back(c.work), sum += c.work;
+    std::ranges::sort(works);
+    double omitted = 0, least = 0;
+    for (const double work : works) {
+      if ((omitted += work) > omitted_work * sum) break;
+      least = work;
+    }
     std::vector<BearingLoad> list;
     for (const auto& [key, c] : found_) {
+      if (c.work <= least) continue;
       BearingLoad load;
-      load.on_bearing = std::atan2(c.bearing.y(), c.bearing.x());
-      load.on_journal = std::atan2(c.journal.y(), c.journal.x());
-      load.width_on_bearing = c.width_on_bearing / c.work;
-      load.width_on_journal = c.width_on_journal / c.work;
+      load.on_bearing = c.bearing.mean();
+      load.on_journal = c.journal.mean();
+      load.width_on_bearing = c.bearing.even_width(c.work);
+      load.width_on_journal = c.journal.even_width(c.work);
       load.force = c.force / c.work;
       load.work = c.work;
       list.push_back(load);
@@ -51,16 +66,44 @@ class Classes {
   }
 
  private:
-  static long degree(double angle) {
-    const auto d = static_cast<long>(std::floor(angle * (180 / std::numbers::pi))) % 360;
-    return d < 0 ? d + 360 : d;
+  int bin(double angle) const {
+    const double degrees = angle * (180 / std::numbers::pi),
+                 turned = degrees - 360 * std::floor(degrees / 360);
+    return std::min(static_cast<int>(turned), 359) / degrees_;
   }
-  struct Sums {
-    Vec2 bearing{}, journal{};
-    double force = 0, work = 0, width_on_bearing = 0, width_on_journal = 0;
+  /// Directions in one body.
+  struct Directions {
+    Vec2 sum{};
+    double variances = 0;  // sum of those within the classes
+    void add(double weight, double angle, double width) {
+      sum = sum + weight * Vec2{std::cos(angle), std::sin(angle)};
+      variances += weight * width * width / 12;
+    }
+    double mean() const { return std::atan2(sum.y(), sum.x()); }
+    /// Width of the even distribution with the variance 2 (1 − |mean vector|) and that within the classes.
+    double even_width(double weight) const {
+      const double between = std::max(0.0, 2 * (1 - sum.norm() / weight));
+      const double width = std::sqrt(12 * (between + variances / weight));
+      return width > 1e-6 ? width : 0;
+    }
   };
-  std::map<std::pair<long, long>, Sums> found_;
+  struct Sums {
+    Directions bearing, journal;
+    double force = 0, work = 0;
+  };
+  int degrees_;
+  std::map<std::pair<int, int>, Sums> found_;
 };
+
+/// The classes of these starts, in the narrowest bins that are not too many.
+std::vector<BearingLoad> classes_of(const std::vector<const BearingLoads*>& starts) {
+  for (const int degrees : {1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 18}) {
+    Classes classes(degrees);
+    for (const auto* start : starts) classes.add(*start);
+    if (classes.size() <= most_classes || degrees == 18) return classes.loads();
+  }
+  return {};
+}
 
 /// Standard error of the mean; 0 for fewer than two values.
 double error_of_mean(const std::vector<double>& values) {
@@ -278,7 +321,7 @@ class WearRun {
 
 TurnLoads united(const std::vector<BearingLoads>& starts, double turns) {
   TurnLoads all;
-  Classes every, halves[2];
+  std::vector<const BearingLoads*> every, halves[2];
   std::vector<double> means, of_turns;
   double work = 0;
   for (std::size_t i = 0; i < starts.size(); ++i) {
@@ -287,12 +330,12 @@ TurnLoads united(const std::vector<BearingLoads>& starts, double turns) {
     work += own;
     means.push_back(own / turns);
     of_turns.insert(of_turns.end(), starts[i].work_of_turns.begin(), starts[i].work_of_turns.end());
-    every.add(starts[i]);
-    halves[i % 2].add(starts[i]);
+    every.push_back(&starts[i]);
+    halves[i % 2].push_back(&starts[i]);
     (i % 2 == 0 ? all.even_turns : all.odd_turns) += turns;
   }
-  all.loads = every.loads();
-  if (starts.size() > 1) all.even = halves[0].loads(), all.odd = halves[1].loads();
+  all.loads = classes_of(every);
+  if (starts.size() > 1) all.even = classes_of(halves[0]), all.odd = classes_of(halves[1]);
   all.turns = turns * static_cast<double>(starts.size());
   all.work = all.turns > 0 ? work / all.turns : 0;
   all.error = std::max(error_of_mean(means), error_of_mean(of_turns));

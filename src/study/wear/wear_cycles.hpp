@@ -37,10 +37,11 @@ namespace freeplay {
 
 /// Loads of one joint in some turns, from all starts.
 struct TurnLoads {
-  std::vector<BearingLoad> loads;  ///< classes of a degree in both bodies
-  double turns = 0;                ///< over which they are sums
-  double work = 0;                 ///< N m, mean of ∫F ds of a turn
-  double error = 0;                ///< N m, its standard error; 0 if one start counts no turns
+  /// Classes of a degree in both bodies, or wider ones if there are more than 400.
+  std::vector<BearingLoad> loads;
+  double turns = 0;  ///< over which they are sums
+  double work = 0;   ///< N m, mean of ∫F ds of a turn
+  double error = 0;  ///< N m, its standard error; 0 if one start counts no turns
   /// Loads and turns of the starts with even and odd numbers; empty for one start.
   std::vector<BearingLoad> even, odd;
   double even_turns = 0, odd_turns = 0;

@@ -18,6 +18,19 @@ double area_between(std::span<const double> inner, std::span<const double> outer
   return std::numbers::pi * 2 / static_cast<double>(inner.size()) * sum;
 }
 
+/// The class after the widest range of directions on the bearing without loads.
+std::size_t after_widest_gap(std::span<const BearingLoad> loads) {
+  std::size_t first = 0;
+  double widest = 0;
+  for (std::size_t k = 0; k < loads.size(); ++k) {
+    const auto& before = loads[k > 0 ? k - 1 : loads.size() - 1];
+    const double gap = std::remainder(loads[k].on_bearing - before.on_bearing, 2 * std::numbers::pi);
+    const double range = gap < 0 ? gap + 2 * std::numbers::pi : gap;
+    if (range > widest) widest = range, first = k;
+  }
+  return first;
+}
+
 double greatest_of(const std::vector<double>& list) {
   return list.empty() ? 0 : *std::ranges::max_element(list);
 }
@@ -138,7 +151,7 @@ void WornBearing::pass(std::span<const BearingLoad> loads, double share, int num
   constexpr double golden = 0.6180339887498949, silver = 0.4142135623730950;
   const auto within = [&](double step) { return std::fmod(0.5 + step * number, 1.0) - 0.5; };
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    const auto k = number % 2 == 1 ? loads.size() - 1 - i : i;
+    const auto k = (first_ + (number % 2 == 1 ? loads.size() - 1 - i : i)) % loads.size();
     auto load = loads[k];
     if (!(load.work > 0 && load.force > 0)) continue;
     load.on_bearing += load.width_on_bearing * within(golden);
@@ -148,7 +161,8 @@ void WornBearing::pass(std::span<const BearingLoad> loads, double share, int num
 }
 
 void WornBearing::wear(std::span<const BearingLoad> loads, double share, double tolerance) {
-  if (!(share > 0)) return;
+  if (!(share > 0) || loads.empty()) return;
+  first_ = after_widest_gap(loads);
   const auto bearing = bearing_, journal = journal_;
   const auto run = [&](int passes) {
     bearing_ = bearing, journal_ = journal;

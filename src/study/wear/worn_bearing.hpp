@@ -11,10 +11,12 @@
 // (bearing_pressure.hpp). It is stable for any Δs. If Δs is large or the foundation rigid, the worn place has
 // the shape of the journal.
 //
-// The loads of many turns are applied in passes over all classes, forward and backward in turn, each with an
-// equal share of Δs. A class stands for directions that are even over its width: each pass takes another one of
-// them, by the multiples of the golden section. The number of passes is doubled until the depths change by less than a tolerance. The
-// splitting is of first order in the share of a pass.
+// The loads of many turns are applied in passes over all classes in the order of their directions, forward and
+// backward in turn, each with an equal share of Δs. They begin beside the widest range of directions without loads,
+// because the last class of a pass leaves a mark. A class stands for directions that are even over its width: each pass takes another one of
+// them, by the multiples of the golden section. The number of passes is doubled until the depths change by less than a tolerance. This
+// number of passes is a matter of the shape only: the worn areas are exact. A mark has a depth that decreases with
+// the power −2/3 of the number of passes, and later loads remove it.
 #pragma once
 
 #include <span>
@@ -79,6 +81,7 @@ class WornBearing {
 
   WearingJoint joint_;
   std::vector<double> bearing_, journal_;
+  std::size_t first_ = 0;           // class with which a pass begins
   int passes_ = 4;                  // that sufficed for the last loads
   std::vector<double> softenings_;  // m²/N, f_b k_b + f_j k_j of each class; 0: not known yet
   std::vector<double> deeper_bearing_, deeper_journal_;  // m, of the present class
