@@ -10,13 +10,14 @@ namespace freeplay::plots {
 namespace {
 
 // cm at the usual text size
-constexpr double edge = 0.12;     // page to text
-constexpr double tic_gap = 0.2;   // tics' labels to the frame
-constexpr double between = 0.28;  // panels without texts between them
-constexpr double key_line = 0.34, name_line = 0.36;
-constexpr double tic_line = 0.42;  // labels of a horizontal axis
+constexpr double edge = 0.12;                       // page to text
+constexpr double tic_gap = 0.2;                     // tics' labels to the frame
+constexpr double between = 0.28;                    // panels without texts between them
+constexpr double key_line = 0.3, name_line = 0.36;  // gnuplot's lines of a key are 0.288 apart
+constexpr double tic_line = 0.42;                   // labels of a horizontal axis
 constexpr double least_panel = 1.1;
 constexpr double small = 0.88;              // size of SMALL letters
+constexpr std::size_t long_key = 4;         // rows from which on a key has small letters
 constexpr double second_line = 0.12;        // more room for a title of two lines
 constexpr double bar_gap = 0.2, bar = 0.3;  // scale of colours
 constexpr std::size_t most_title_lines = 3;
@@ -119,8 +120,7 @@ class Grid {
   };
   /// Bands of a row above and below its frames.
   struct Band {
-    double above = 0, below = 0;
-    std::size_t key_rows = 0;
+    double above = 0, below = 0, key = 0;
     bool named = false;
   };
 
@@ -161,27 +161,30 @@ class Grid {
   Axis across(std::size_t i) const { return with_tics(abscissa(i).axis, 10, plot() / letter_width); }
   Axis up(const Axis& axis) const { return with_tics(axis, height_ / (1.45 * line_height)); }
   double lines_of(const AxisTitle& title) const { return title.fits(letters_in(height_)) ? 1 : 2; }
-  KeyGrid key_of(std::size_t i) const {
-    return key_grid(titles_of(stack_.panels[i].curves), plot() / letter_width);
+  /// A key: its rows and columns, in letters of this size.
+  struct Key {
+    KeyGrid grid;
+    double size = 1;
+    double height() const { return key_line * size * static_cast<double>(grid.rows); }
+    Word font() const { return size < 1 ? Word(" font SMALL") : Word(""); }
+  };
+  /// The key above a plot of this width (cm). Letters are small if it is long, or has several columns in small
+  /// letters only.
+  static Key key_over(const std::vector<PanelCurve>& curves, double width) {
+    const auto titles = titles_of(curves);
+    const auto usual = key_grid(titles, width / letter_width),
+               dense = key_grid(titles, width / (small * letter_width));
+    if (usual.rows >= long_key || (usual.columns == 1 && dense.columns > 1)) return {dense, small};
+    return {usual};
   }
-  /// The key of the whole figure, and its height with the gap below.
-  KeyGrid top_key() const {
-    return key_grid(titles_of(stack_.key), (width_ - 4 * edge) / (letter_width * (small_key() ? small : 1)));
-  }
-  /// Whether the key has several columns in small letters only.
-  bool small_key() const {
-    const auto titles = titles_of(stack_.key);
-    const double room = (width_ - 4 * edge) / letter_width;
-    return titles.size() > 1 && key_grid(titles, room).columns == 1 &&
-           key_grid(titles, room / small).columns > 1;
-  }
+  Key key_of(std::size_t i) const { return key_over(stack_.panels[i].curves, plot()); }
+  /// The key of the whole figure.
+  Key top_key() const { return key_over(stack_.key, width_ - 4 * edge); }
   double heading() const { return title_.empty() ? 0 : name_line * static_cast<double>(title_.size()) + 0.1; }
-  double top() const {
-    return heading() + (stack_.key.empty() ? 0 : key_line * static_cast<double>(top_key().rows) + 0.1);
-  }
+  double top() const { return heading() + (stack_.key.empty() ? 0 : top_key().height() + 0.1); }
 
   /// From the top of a band to its first text.
-  double pad(const Band& band) const { return &band == bands_.data() ? 0.1 : band.key_rows > 0 ? 0.12 : 0; }
+  double pad(const Band& band) const { return &band == bands_.data() ? 0.1 : band.key > 0 ? 0.12 : 0; }
 
   /// One pass: margins for the present size of the panels.
   void measure(std::optional<double> page) {
@@ -195,7 +198,7 @@ class Grid {
     for (std::size_t i = 0; i < stack_.panels.size(); ++i) {
       const auto& panel = stack_.panels[i];
       auto& band = bands_[i / columns_];
-      band.key_rows = std::max(band.key_rows, key_of(i).rows);
+      band.key = std::max(band.key, key_of(i).height());
       band.named = band.named || !panel.name.empty();
       const double title_lines = abscissa(i).title.fits(letters_below()) ? 1 : 2;
       band.below =
@@ -214,8 +217,8 @@ class Grid {
     }
     for (auto& band : bands_) {
       const bool first = &band == bands_.data();
-      band.above = pad(band) + (first ? 0.15 : 0.1) + key_line * static_cast<double>(band.key_rows) +
-                   (band.named ? name_line : 0) + (band.key_rows > 0 || band.named ? 0.08 : 0);
+      band.above = pad(band) + (first ? 0.15 : 0.1) + band.key + (band.named ? name_line : 0) +
+                   (band.key > 0 || band.named ? 0.08 : 0);
     }
     const auto rows = static_cast<double>(bands_.size());
     if (page) height_ = std::max(*page - fixed(), least_panel * rows) / rows;
@@ -258,9 +261,9 @@ void Grid::add(Script& script) const {
         "Y({1:.4g}) center top "
         "horizontal maxcols {2} maxrows {3} samplen 2 spacing 1{5}\n{4}set border\nset xtics nomirror\nset "
         "ytics nomirror\n{6}",
-        edge, heading() + 0.1, key.columns, key.rows,
+        edge, heading() + 0.1, key.grid.columns, key.grid.rows,
         curves_of(stack_.key, letters_in(width_) - sample, true).add("{}", std::exchange(untitled, {})),
-        small_key() ? Word(" font SMALL") : Word(""), small_key() ? Word("set key font ''\n") : Word(""));
+        key.font(), key.size < 1 ? Word("set key font ''\n") : Word(""));
   }
   double down = top(), right = 0;
   for (std::size_t i = 0; i < stack_.panels.size(); ++i) {
@@ -280,11 +283,11 @@ void Grid::add(Script& script) const {
     const double name_top = down - band.above + pad(band);
     const double key_top = name_top + (band.named ? name_line : 0);
     const auto key = key_of(i);
-    if (key.rows > 0)
+    if (key.grid.rows > 0)
       script.add(
           "set key at graph 0.5, screen 1 - Y({:.4g}) - {}*PANEL center top horizontal maxcols {} maxrows "
-          "{} samplen 2 spacing 1\n",
-          key_top, row, key.columns, key.rows);
+          "{} samplen 2 spacing 1{}\n",
+          key_top, row, key.grid.columns, key.grid.rows, key.size < 1 ? key.font() : Word(" font ''"));
     else
       script.add("unset key\n");
     if (!panel.name.empty())

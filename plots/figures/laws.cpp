@@ -89,7 +89,7 @@ struct Legend {
   double more(std::size_t laws) const {
     return below && rows == laws ? 0.17 * static_cast<double>(panels * laws) : 0;
   }
-  double height() const { return below ? 0.4 + 0.34 * static_cast<double>(rows) : 0; }  ///< cm
+  double height() const { return below ? 0.4 + 0.28 * static_cast<double>(rows) : 0; }  ///< cm
   Script at(std::size_t k) const {
     if (!below) return Script().add("set key outside right top vertical Left reverse\n");
     const auto n = static_cast<double>(panels);

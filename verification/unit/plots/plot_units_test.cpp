@@ -81,17 +81,18 @@ TEST_CASE("tics of an axis are few and short", "[figures][plot]") {
   CHECK(plots::key_grid({"penalty", "nonsmooth", "ideal joint"}, 35).rows == 2);
 }
 
-TEST_CASE("the key of a single-column figure has two columns, in small letters if need be", "[figures]") {
-  // On 84 mm a key has 8.4 − 4·0.12 = 7.92 cm; a title needs its letters and five more, of 0.157 cm each:
-  // twelve letters 2.67 cm, and 23 letters 4.40 cm, which in small letters (0.88) are 3.87 cm.
+TEST_CASE("a long key of a single-column figure is in small letters and in the columns that these permit",
+          "[figures]") {
+  // On 84 mm a key has 8.4 − 4·0.12 = 7.92 cm; a title needs its letters and five more, of 0.157 cm each, or 0.138 cm in
+  // small letters (0.88): twelve letters 2.67 cm or 2.35 cm, 23 letters 4.40 cm or 3.87 cm, 30 letters 5.50 cm or 4.84 cm.
   plots::Style style;
   style.width = 84;
-  const auto script_for = [&](std::size_t length) {
+  const auto script_for = [&](std::size_t length, std::size_t count = 9) {
     plots::PanelStack stack{
         .abscissa = {plots::time_title(), {0, 1}},
         .panels = {{.title = plots::AxisTitle::of("gap", "m"), .axis = {0, 1}, .curves = {}}}};
     stack.panels[0].curves.push_back({plots::Script().add("x with lines"), ""});
-    for (std::size_t i = 0; i < 9; ++i)
+    for (std::size_t i = 0; i < count; ++i)
       stack.key.push_back({plots::Script().add("with lines"), std::string(length, 'k')});
     plots::Figure figure{.name = "keyed"};
     plots::add_panels(figure, style, stack);
@@ -99,8 +100,14 @@ TEST_CASE("the key of a single-column figure has two columns, in small letters i
     return figure.script.text();
   };
   const auto usual = script_for(12), narrow = script_for(23), widest = script_for(30);
-  CHECK_THAT(usual, Contains("maxcols 2 maxrows 5") && !Contains("font SMALL"));
+  // Two columns of five rows would be long; small letters permit three.
+  CHECK_THAT(usual, Contains("maxcols 3 maxrows 3") && Contains("spacing 1 font SMALL"));
   CHECK_THAT(narrow, Contains("maxcols 2 maxrows 5") && Contains("spacing 1 font SMALL") &&
                          Contains("set key font ''"));
-  CHECK_THAT(widest, Contains("maxcols 1 maxrows 9") && !Contains("font SMALL"));
+  CHECK_THAT(widest, Contains("maxcols 1 maxrows 9") && Contains("font SMALL"));
+  // Short keys keep their letters.
+  CHECK_THAT(script_for(12, 6), Contains("maxcols 2 maxrows 3") && !Contains("font SMALL"));
+  CHECK_THAT(script_for(30, 3), Contains("maxcols 1 maxrows 3") && !Contains("font SMALL"));
+  // The panel begins below the key: 0.1 cm above it, rows of 0.3 cm times 0.88, 0.1 cm and 0.25 cm.
+  CHECK_THAT(narrow, Contains("set tmargin at screen 1 - Y(1.67) "));
 }
