@@ -154,8 +154,8 @@ MissedChanges missed_changes(const StepView& whole, const StepView& first, const
     const Parabola pull(whole.pulls[k].rate, early.rate, late.rate);
     // Pulls of one sign are as they were taken; rounding may place a zero at an end.
     if (!std::isfinite(pull.zeros[0])) continue;
-    found.rate = std::max({found.rate, pull.part(early.pressed ? 1 : -1, -0.5, 0),
-                           pull.part(late.pressed ? 1 : -1, 0, 0.5)});
+    found.rate = std::max(
+        {found.rate, pull.part(early.pressed ? 1 : -1, -0.5, 0), pull.part(late.pressed ? 1 : -1, 0, 0.5)});
     found.separation = std::min(found.separation, pull.rise());
   }
   for (std::size_t k = 0; k < whole.holds.size(); ++k) {

@@ -36,7 +36,6 @@ struct Pull {
 void list_pulls(const StepData& step, const ContactSet& contacts, const StepProblem& problem,
                 std::vector<Pull>& list);
 
-
 /// How far the impulse of friction is beyond its bounds in one step, as rates (m/s): in the positive and in the
 /// negative direction. Both are < 0 where friction holds.
 struct Hold {

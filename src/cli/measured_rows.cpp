@@ -19,7 +19,8 @@ namespace freeplay::cli {
 namespace {
 
 bool settled(const std::vector<RowPrediction>& all) {
-  return std::ranges::all_of(all, [](const auto& p) { return std::ranges::all_of(p.fits, &RowFit::settled); });
+  return std::ranges::all_of(all,
+                             [](const auto& p) { return std::ranges::all_of(p.fits, &RowFit::settled); });
 }
 
 std::string count_text(const RowTable& table, const std::vector<RowPrediction>& all) {
@@ -38,9 +39,8 @@ int calibrate_rows(const StudyRequest& request, const Study& study) try {
   const auto folder = result_folder(request.output, default_folder(study.file, ""));
   const auto origin = provenance(study);
   Progress progress;
-  const auto all =
-      predict_rows(study, table, false, request.conduct(), request.threads,
-                   [&](const std::string& what, double done) { progress.show(what, done); });
+  const auto all = predict_rows(study, table, false, request.conduct(), request.threads,
+                                [&](const std::string& what, double done) { progress.show(what, done); });
   progress.clear();
   make_folder(folder);
   const FolderLock lock(folder, "calibrate");
@@ -59,17 +59,16 @@ int validate_rows(const ValidateRequest& request, const Study& study) try {
   const auto origin = provenance(study);
   Progress progress;
   constexpr int all_threads = 0;
-  const auto all =
-      predict_rows(study, table, true, request.conduct(), all_threads,
-                   [&](const std::string& what, double done) { progress.show(what, done); });
+  const auto all = predict_rows(study, table, true, request.conduct(), all_threads,
+                                [&](const std::string& what, double done) { progress.show(what, done); });
   const auto found = summaries(study, table, all);
   progress.clear();
   ResultSet set(folder, "validate-rows");
   write_json(set.place() / "rows.json", to_json(study, table, all, found), origin);
   write_file(set.place() / "rows.csv", predictions_table(study, table, all).csv());
   set.commit();
-  fmt::print("{}{}\nResiduals of predicted rows: each part by the fits to the others\n\n{}\n", count_text(table, all),
-             constants_text(all), predicted_text(all, found));
+  fmt::print("{}{}\nResiduals of predicted rows: each part by the fits to the others\n\n{}\n",
+             count_text(table, all), constants_text(all), predicted_text(all, found));
   fmt::print("results in {}\n\n{}", folder.string(), wrapped(conclusion(all, found) + "\n", 0));
   return settled(all) ? 0 : 1;
 } catch (const Interrupted&) {

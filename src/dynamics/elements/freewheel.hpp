@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dynamics/elements/dynamics.hpp"
+#include "dynamics/rows/spin.hpp"
 #include "mechanism/elements/freewheel.hpp"
 
 namespace freeplay {

@@ -3,6 +3,7 @@
 
 #include "dynamics/elements/dynamics.hpp"
 #include "dynamics/mesh.hpp"
+#include "dynamics/rows/turn.hpp"
 #include "mechanism/elements/gear_joint.hpp"
 
 namespace freeplay {

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "dynamics/elements/dynamics.hpp"
+#include "dynamics/rows/sliding.hpp"
+#include "dynamics/rows/spin.hpp"
 #include "mechanism/elements/joint_friction.hpp"
 
 namespace freeplay {

@@ -3,6 +3,7 @@
 
 #include "dynamics/elements/gear_joint.hpp"
 #include "dynamics/mesh.hpp"
+#include "dynamics/rows/spin.hpp"
 #include "mechanism/elements/rack_joint.hpp"
 
 namespace freeplay {

@@ -24,10 +24,9 @@ nlohmann::json json_of_fit(const RowPrediction& p, const RowFit& fit) {
   nlohmann::json unknowns = nlohmann::json::object();
   for (std::size_t j = 0; j < p.unknowns.size(); ++j) {
     const auto& e = fit.unknowns[j];
-    unknowns[p.unknowns[j].name] = {{"key", p.unknowns[j].key}, {"unit", p.unknowns[j].unit},
-                                    {"value", e.value},         {"low", e.low},
-                                    {"high", e.high},           {"open_low", e.open_low},
-                                    {"open_high", e.open_high}};
+    unknowns[p.unknowns[j].name] = {
+        {"key", p.unknowns[j].key}, {"unit", p.unknowns[j].unit}, {"value", e.value},        {"low", e.low},
+        {"high", e.high},           {"open_low", e.open_low},     {"open_high", e.open_high}};
   }
   return {{"rows", fit.residuals.size()},
           {"unknowns", unknowns},
@@ -77,18 +76,21 @@ std::string predicted_text(const std::vector<RowPrediction>& predictions,
                            const std::vector<RowSummary>& summaries) {
   std::string out;
   for (std::size_t from = 0; from < summaries.size(); from += predictions.size()) {
-    Table table({fmt::format("{} ({})", summaries[from].rows, summaries[from].count), "median", "95 %", "90 %",
-                 ""});
+    Table table(
+        {fmt::format("{} ({})", summaries[from].rows, summaries[from].count), "median", "95 %", "90 %", ""});
     for (std::size_t m = 0; m < predictions.size(); ++m) {
       const auto& s = summaries[from + m];
       table.row(predictions[m].name(), fmt::format("{:.4g}", s.median.value),
                 fmt::format("{:.3g}..{:.3g}", s.median.low, s.median.high), fmt::format("{:.4g}", s.ninety),
-                s.best ? "best" : s.worse ? "worse" : "equal");
+                s.best    ? "best"
+                : s.worse ? "worse"
+                          : "equal");
     }
     out += (from > 0 ? "\n" : "") + table.terminal({36, 9, 16, 9, 7});
   }
-  return out + "90 %: nine of ten residuals are below. worse: the 95 % interval of the median less that\n"
-               "of the best excludes 0.\n";
+  return out +
+         "90 %: nine of ten residuals are below. worse: the 95 % interval of the median less that\n"
+         "of the best excludes 0.\n";
 }
 
 std::string conclusion(const std::vector<RowPrediction>& predictions,
@@ -112,11 +114,10 @@ nlohmann::json to_json(const Study& study, const RowTable& table,
                        const std::vector<RowPrediction>& predictions,
                        const std::vector<RowSummary>& summaries) {
   nlohmann::json j = {{"rows", table.size()}, {"excluded", table.excluded}};
-  for (const auto& t : study.rows->targets)
-    j["targets"][t.name] = {{"value", t.value}, {"weight", t.weight}};
+  for (const auto& t : study.rows->targets) j["targets"][t.name] = {{"value", t.value}, {"weight", t.weight}};
   for (const auto& p : predictions) {
-    nlohmann::json one = {{"variant", p.variant}, {"title", p.title}, {"formulation", p.formulation},
-                          {"runs", p.runs}};
+    nlohmann::json one = {
+        {"variant", p.variant}, {"title", p.title}, {"formulation", p.formulation}, {"runs", p.runs}};
     for (std::size_t f = 0; f < p.fits.size(); ++f) {
       one["fits"].push_back(json_of_fit(p, p.fits[f]));
       one["fits"].back()["fitted_to"] = fit_name(p, f);

@@ -200,8 +200,8 @@ class RowRuns {
       texts_.push_back(std::make_shared<const SceneText>(text, variant.scene.string(), with_row(i),
                                                          study.reach == Reach::anywhere));
     for (const auto& t : study.rows->targets)
-      measures_.push_back(static_cast<std::size_t>(
-          std::ranges::find(study.measures, t.name, &Measure::name) - study.measures.begin()));
+      measures_.push_back(static_cast<std::size_t>(std::ranges::find(study.measures, t.name, &Measure::name) -
+                                                   study.measures.begin()));
   }
 
   MatrixXd operator()(std::span<const std::size_t> rows, const VectorXd& xi) {
@@ -214,8 +214,8 @@ class RowRuns {
       for (std::size_t t = 0; t < targets.size(); ++t) {
         const auto column = static_cast<Index>(t);
         d(static_cast<Index>(k), column) =
-            targets[t].weight * (result.measured[measures_[t]].value -
-                                 table_.measured(static_cast<Index>(row), column));
+            targets[t].weight *
+            (result.measured[measures_[t]].value - table_.measured(static_cast<Index>(row), column));
       }
     });
     if (conduct_.stop()) throw Interrupted();
@@ -272,7 +272,9 @@ std::vector<RowPrediction> predict_rows(const Study& given, const RowTable& tabl
         if (std::ranges::count(variant.unknowns, u.name) > 0) p.unknowns.push_back(u);
       if (on_progress) on_progress(p.name(), static_cast<double>(all.size()) / models);
       RowRuns runs(study, table, variant, formulation, p.unknowns, conduct, threads);
-      const auto model = [&](std::span<const std::size_t> rows, const VectorXd& xi) { return runs(rows, xi); };
+      const auto model = [&](std::span<const std::size_t> rows, const VectorXd& xi) {
+        return runs(rows, xi);
+      };
       const auto fails = [&](const std::string& why) {
         return SceneError(fmt::format("{}: {}: {}", study.rows->file.string(), p.name(), why));
       };
@@ -293,8 +295,7 @@ std::vector<RowPrediction> predict_rows(const Study& given, const RowTable& tabl
         const auto d = runs(held, p.fits.back().xi);
         for (std::size_t k = 0; k < held.size(); ++k) {
           const auto row = d.row(static_cast<Index>(k));
-          if (!row.allFinite())
-            throw fails(fmt::format("the run of line {} failed", table.lines[held[k]]));
+          if (!row.allFinite()) throw fails(fmt::format("the run of line {} failed", table.lines[held[k]]));
           p.difference.row(static_cast<Index>(held[k])) = row;
           p.residual[held[k]] = row.norm();
         }
@@ -365,7 +366,8 @@ std::vector<RowSummary> summaries(const Study& study, const RowTable& table,
   for (std::size_t c = 0; c < study.rows->classes.size(); ++c) {
     const auto& classes = study.rows->classes[c];
     std::map<int, std::vector<std::size_t>> members;
-    for (std::size_t i = 0; i < table.size(); ++i) members[class_of(classes, table.values[c][i])].push_back(i);
+    for (std::size_t i = 0; i < table.size(); ++i)
+      members[class_of(classes, table.values[c][i])].push_back(i);
     for (const auto& [number, list] : members)
       if (list.size() >= fewest)
         add_summaries(all, class_name(classes, number), list, predictions, resampling);

@@ -80,13 +80,13 @@ std::vector<RowPrediction> predict_rows(const Study& study, const RowTable& tabl
 
 /// Predicted residuals of the rows of one class.
 struct RowSummary {
-  std::size_t model = 0;         ///< index of the prediction
-  std::string rows;              ///< class, or "all"
-  std::size_t count = 0;         ///< of rows
-  Estimate median;               ///< with the 95 % interval from draws of the rows
-  double ninety = 0;             ///< 90 % of the residuals are below
-  std::vector<double> mean = {}; ///< of each d_k: its systematic part
-  bool best = false;             ///< has the least median
+  std::size_t model = 0;          ///< index of the prediction
+  std::string rows;               ///< class, or "all"
+  std::size_t count = 0;          ///< of rows
+  Estimate median;                ///< with the 95 % interval from draws of the rows
+  double ninety = 0;              ///< 90 % of the residuals are below
+  std::vector<double> mean = {};  ///< of each d_k: its systematic part
+  bool best = false;              ///< has the least median
   /// Whether the 95 % interval of its median less that of the best model, both from the same draws,
   /// excludes 0.
   bool worse = false;

@@ -142,9 +142,8 @@ RowTable read_rows(const Study& study) {
     fail(fmt::format("has {} rows that are used, fewer than the {} parts of rows.hold_out", table.size(),
                      r.parts));
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  table.measured =
-      Eigen::Map<const RowMajor>(measured.data(), static_cast<Eigen::Index>(table.size()),
-                                 static_cast<Eigen::Index>(targets.size()));
+  table.measured = Eigen::Map<const RowMajor>(measured.data(), static_cast<Eigen::Index>(table.size()),
+                                              static_cast<Eigen::Index>(targets.size()));
   return table;
 }
 

@@ -77,9 +77,9 @@ struct MeasuredRows {
 
   static void keys(auto& k, auto& x) {
     k.need({"file", "", "CSV file with a header; each line is one run"}, x.file);
-    k.names({"set", "",
-             "keys of the scene, KEY=VALUE, in which {EXPRESSION} of the columns stands for a number"},
-            x.overrides);
+    k.names(
+        {"set", "", "keys of the scene, KEY=VALUE, in which {EXPRESSION} of the columns stands for a number"},
+        x.overrides);
     k.take({"where", "", "condition for the use of a row, an expression of the columns", "–"}, x.where);
     k.take({"hold_out", "",
             "number of parts: row i is in part i mod hold_out, and `validate` predicts each part by a fit to "
