@@ -12,11 +12,11 @@
 // the shape of the journal.
 //
 // The loads of many turns are applied in passes over all classes in the order of their directions, forward and
-// backward in turn, each with an equal share of Δs. They begin beside the widest range of directions without loads,
-// because the last class of a pass leaves a mark. A class stands for directions that are even over its width: each pass takes another one of
-// them, by the multiples of the golden section. The number of passes is doubled until the depths change by less than a tolerance. This
-// number of passes is a matter of the shape only: the worn areas are exact. A mark has a depth that decreases with
-// the power −2/3 of the number of passes, and later loads remove it.
+// backward in turn, each with an equal share of Δs. They begin beside the widest range of directions without
+// loads, because the last class of a pass leaves a mark, whose depth decreases with the power −2/3 of the number
+// of passes and which later loads remove. A class stands for directions that are even over its width: each pass
+// takes another one of them, by the multiples of the golden section. The number of passes is doubled until the
+// depths change by less than a tolerance. It concerns the shape only: the worn areas are exact.
 #pragma once
 
 #include <span>

@@ -1,0 +1,118 @@
+// freeplay wear: a bearing under a constant load against the closed form of its worn area, in both formulations;
+// interrupted and continued; refused scenes; the files of the command.
+#include <atomic>
+
+#include "study/wear/wear_documents.hpp"
+#include "verification/support/rig.hpp"
+#include "verification/support/study_desk.hpp"
+
+using namespace freeplay;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string quick =
+    "scene = \"scene.toml\"\nrevolutions = 1\ndiscard = 0.5\nstarts = 1\nturn = 0\n";
+
+WearStudy wear_of(const Study& study, const std::filesystem::path& folder, StopToken stop = {},
+                  const std::function<void(const WearProgress&)>& on_progress = {}) {
+  make_folder(folder);
+  EnsembleStore store(folder / "wear.db", Database::Access::write, stop);
+  return wear_study(study, {true, stop}, store, 2, on_progress);
+}
+
+}  // namespace
+
+TEST_CASE("a bearing under a constant load wears to the circle of its pin in both formulations", "[wear]") {
+  // 100 N at 2π 9.5 mm a turn with k = 1e-15 m²/N on 20 mm: A = k F s/L is the area of the lune of 10 um,
+  // 2.576047807662549e-8 m² (two circles of 9.5 and 10 mm), after s = 5152.095615098325 m = 86313.9 turns. The
+  // elastic deflection under 1.5 MPa is 1e-9 m, less than 2e-4 of the depth.
+  constexpr double turns = 5152.095615098325 / (2 * 3.141592653589793 * 9.5e-3);
+  const test::StudyDesk desk("wear-steady");
+  const auto study = desk.read(quick + fmt::format("[wear]\nturns = {:.17g}\nlife_clearance = \"0.51 mm\"\n", turns));
+  const auto all = wear_of(study, desk.at("out"));
+  REQUIRE(all.histories.size() == 2);
+  CHECK(all.failures.empty());
+  CHECK(all.turn == Approx(1));
+  for (const auto& h : all.histories) {
+    CAPTURE(h.formulation);
+    REQUIRE(h.cycles.size() > 1);
+    const auto& last = h.cycles.back();
+    const auto& pin = last.joints[0];
+    CHECK(last.turns == Approx(turns));
+    // The contact law may let the block oscillate; its mean force over a turn differs by less than 1e-3.
+    CHECK(pin.bearing.bearing_area() == Approx(2.576047807662549e-8).epsilon(h.formulation == "penalty" ? 2e-3 : 1e-6));
+    CHECK(pin.in_bearing.depth == Approx(10e-6).epsilon(h.formulation == "penalty" ? 3e-3 : 1e-3));
+    CHECK(pin.in_journal.depth == 0);
+    // Where the block is pushed down, the shaft presses the upper side of its bearing.
+    const auto depth = pin.bearing.bearing_depth();
+    const auto deepest = std::ranges::max_element(depth) - depth.begin();
+    CHECK(std::abs(deepest - 180) <= 1);  // 90°
+    CHECK(h.rounding < 0.03 * 10e-6 + 3e-8);
+  }
+  // The centre is free between c on one side and c + depth on the other; 0.51 mm: a depth of 20 um.
+  CHECK(life_of(all.histories[1], 0, 0.505e-3).turns == Approx(turns).epsilon(0.01));
+  CHECK_THAT(conclusion(*study.wear, all), Contains("A clearance of 510 um is reached after"));
+}
+
+TEST_CASE("an interrupted wear study continues to the results of an undisturbed one", "[wear][resume]") {
+  const test::StudyDesk desk("wear-steady");
+  const auto study = desk.read("formulations = [\"nonsmooth\"]\n" +
+                               test::replaced(quick, "starts = 1", "starts = 3") +
+                               "[wear]\nturns = 2e6\nshare = 0.02\n");
+  const auto whole = wear_of(study, desk.at("whole"));
+  REQUIRE(whole.histories.at(0).cycles.size() > 4);
+  CHECK(whole.made >= 15);
+  for (const int after : {1, 3}) {
+    CAPTURE(after);
+    std::atomic<bool> stop{false};
+    int reports = 0;
+    const auto part = wear_of(study, desk.at("part"), StopToken(stop), [&](const WearProgress&) {
+      if (++reports > after) stop = true;
+    });
+    CHECK(part.interrupted);
+  }
+  const auto rest = wear_of(study, desk.at("part"));
+  CHECK(rest.found >= 6);
+  CHECK(rest.found + rest.made == whole.made);
+  CHECK(wear_table(rest).csv() == wear_table(whole).csv());
+  CHECK(profiles_table(rest).csv() == profiles_table(whole).csv());
+  const auto again = wear_of(study, desk.at("part"));
+  CHECK(again.made == 0);
+  CHECK(wear_table(again).csv() == wear_table(whole).csv());
+}
+
+TEST_CASE("freeplay wear writes its files, and refuses scenes without wear", "[wear]") {
+  const test::StudyDesk desk("wear-steady");
+  desk.put("study.toml", "formulations = [\"nonsmooth\"]\n" + quick + "[wear]\nturns = 1e5\npoints = 360\n");
+  const auto o = desk.run("wear");
+  CAPTURE(o.out, o.err);
+  REQUIRE(o.status == 0);
+  CHECK_THAT(o.out, Contains("the bearing of pin is worn by"));
+  const auto document = test::read_json(desk.at("out/wear.json"));
+  const auto& result = document["wear"]["results"][0];
+  CHECK(result["turns"] == 1e5);
+  CHECK(result["ended_by"] == "turns");
+  CHECK(document.contains("provenance"));
+  const auto rows = test::read_csv(desk.at("out/wear.csv"));
+  REQUIRE(rows.size() > 2);
+  CHECK(rows[0][5] == "bearing_depth");
+  CHECK(std::stod(rows.back()[5]) == result["bearing"]["depth_m"]);
+  CHECK(test::read_csv(desk.at("out/profiles.csv")).size() == 1 + 360 * (rows.size() - 1));
+  CHECK_THAT(test::file_text(desk.at("out/wear.md")), Contains("worn by"));
+  CHECK(std::filesystem::exists(desk.at("out/figures/wear_depth_pin.pdf")));
+  CHECK(std::filesystem::exists(desk.at("out/figures/wear_profile_bearing_pin.pdf")));
+
+  const auto refuses = [&](const std::string& message) {
+    const auto refused = desk.run("wear");
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.err, Contains(message));
+  };
+  desk.put("study.toml", quick);
+  refuses("has no table [wear]");
+  desk.put("study.toml", quick + "[wear]\nclearance = \"0.4 mm\"\n");
+  refuses("wear.clearance: must be greater than the clearance");
+  desk.put("study.toml", quick + "[wear]\nturns = 10\n");
+  desk.change("bearing_wear = 1e-15                        # m²/N\n", "");
+  refuses("no joint wears: give a revolute joint with clearance bearing_wear or journal_wear");
+}
