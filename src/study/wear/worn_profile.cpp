@@ -134,13 +134,13 @@ double set_worn(Mechanism& mechanism, const WornBearing& worn) {
     if (of_bearing) {
       const auto side = side_of(worn.bearing_form(), f.bearing_radius, share, 1, corner);
       c.bearing_profile =
-          add_profile(mechanism, fmt::format("{}.worn_bearing", revolute->name), side, share, 1);
+          add_profile(mechanism, fmt::format("{}-worn-bearing", revolute->name), side, share, 1);
       changed += side.changed;
     }
     if (of_journal) {
       const auto side = side_of(worn.journal_form(), f.journal_radius(), share, -1, corner);
       c.journal_profile =
-          add_profile(mechanism, fmt::format("{}.worn_journal", revolute->name), side, share, -1);
+          add_profile(mechanism, fmt::format("{}-worn-journal", revolute->name), side, share, -1);
       changed += side.changed;
     }
     return changed;
