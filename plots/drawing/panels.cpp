@@ -168,8 +168,8 @@ class Grid {
     double height() const { return key_line * size * static_cast<double>(grid.rows); }
     Word font() const { return size < 1 ? Word(" font SMALL") : Word(""); }
   };
-  /// The key above a plot of this width (cm). Letters are small if it is long, or has several columns in small
-  /// letters only.
+  /// The key above a plot of this width (cm). Letters are small if it is long, or has several columns in
+  /// small letters only.
   static Key key_over(const std::vector<PanelCurve>& curves, double width) {
     const auto titles = titles_of(curves);
     const auto usual = key_grid(titles, width / letter_width),

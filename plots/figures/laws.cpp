@@ -25,8 +25,8 @@ struct Curves {
   std::vector<Block> blocks;
 };
 
-/// One block per law, in the order of the file; x and y scaled. `contact`: of a file with such a column, the rows
-/// to read; empty: all.
+/// One block per law, in the order of the file; x and y scaled. `contact`: of a file with such a column,
+/// the rows to read; empty: all.
 Curves read_curves(const std::filesystem::path& file, const std::string& x, const std::string& y, double sx,
                    double sy, const std::string& contact = "") {
   std::vector<std::string> texts{"law"};

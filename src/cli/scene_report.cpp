@@ -279,8 +279,8 @@ void freewheels(const Mechanism& mechanism, Lines& lines) {
     }
 }
 
-/// The stated initial values that the start changed beyond rounding, with the amounts, where they are more than
-/// its note names. An equilibrium changes all of them.
+/// The stated initial values that the start changed beyond rounding, with the amounts, where they are
+/// more than its note names. An equilibrium changes all of them.
 void corrections(const Scene& scene, const State& start, Lines& lines) {
   if (scene.run.start == RunOptions::Start::equilibrium) return;
   const auto& m = scene.mechanism;

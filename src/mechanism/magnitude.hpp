@@ -94,8 +94,8 @@ constexpr const Magnitude* magnitude_of(std::string_view unit) {
 /// Why a number is outside the bounds, for messages; empty if it is inside. `bounds` may be null.
 std::string beyond_bounds(const Magnitude* bounds, double x, bool greater_than_zero,
                           const std::string& stated = "");
-/// Why a number is not finite, not in its range or outside the bounds; empty if it is valid. `stated`: the number
-/// as the author wrote it, with its unit; empty: in SI.
+/// Why a number is not finite, not in its range or outside the bounds; empty if it is valid. `stated`:
+/// the number as the author wrote it, with its unit; empty: in SI.
 std::string wrong_number(double x, const Range& range, const Magnitude* bounds,
                          const std::string& stated = "");
 

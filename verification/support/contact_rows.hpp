@@ -30,8 +30,8 @@ inline std::vector<double> along(std::vector<double> q, const std::vector<double
   return q;
 }
 
-/// The row of contact k at q with the velocities v, and its central differences over the times ±h of the motion
-/// q + t v. Checks that the row has the system's gap.
+/// The row of contact k at q with the velocities v, and its central differences over the times ±h of the
+/// motion q + t v. Checks that the row has the system's gap.
 class RowDifferences {
  public:
   RowDifferences(const System& system, int k, const std::vector<double>& q, const std::vector<double>& v,
@@ -56,7 +56,8 @@ class RowDifferences {
   double gamma_t() const { return -change(&ContactRow::tangent); }
   /// Difference of γ_N over the interval, great where the slope of ġ jumps.
   double gamma_jump() const { return std::abs(after_.gamma_n - before_.gamma_n); }
-  /// Checks that rotating both bodies about one point at 0.7 rad/s closes no gap; the surfaces slide by `slide` (m/s).
+  /// Checks that rotating both bodies about one point at 0.7 rad/s closes no gap; the surfaces slide by
+  /// `slide` (m/s).
   void check_common_rotation(const std::vector<double>& q, double slide) const {
     std::vector<double> common(6);
     for (const std::size_t b : {0, 1}) {

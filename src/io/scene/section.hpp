@@ -77,8 +77,8 @@ struct SceneSource {
 /// have. Called before any key is read, so that a misspelt key is reported before its consequences.
 void refuse_unknown_keys(const toml::table& document, std::string_view pattern, const SceneSource& source);
 
-/// Name of a key to be read, the unit to which its number is converted, and its meaning for messages: the given
-/// ones, or else those of the schema, which describe the key in all kinds of element.
+/// Name of a key to be read, the unit to which its number is converted, and its meaning for messages: the
+/// given ones, or else those of the schema, which describe the key in all kinds of element.
 struct Requested {
   std::string_view name;
   std::optional<std::string_view> unit = {};

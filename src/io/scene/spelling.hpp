@@ -16,7 +16,8 @@ namespace freeplay {
 /// The distance d of two words.
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The nearest word, the first of several; "" if none is near enough. An angle stands for a position, and conversely.
+/// The nearest word, the first of several; "" if none is near enough. An angle stands for a position, and
+/// conversely.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& words);
 
 /// List for messages, "; there is: a, b". A long list is on a line of its own.

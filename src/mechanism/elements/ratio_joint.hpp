@@ -38,9 +38,8 @@ struct JointRatio {
         {"of", "", "the revolute joint whose angle it follows"}, r.of);
     k.check(
         !leads || std::holds_alternative<RevoluteJoint>(*leads), "of",
-        "must be a revolute joint, whose angle alone enters the row; if a revolute joint follows a translational "
-        "one, exchange `joint` and `of` and state the inverse ratio; two translational joints may each follow "
-        "one revolute joint");
+        "must be a revolute joint, whose angle enters the row; if a revolute joint follows a translational "
+        "one, exchange `joint` and `of` and state 1/ratio");
     k.check(!on || r.joint != r.of, "of", "is the joint itself; name another one");
     k.need({"ratio", unit(on, "", "m/rad", "rad/rad or m/rad"),
             "angle (rad) or displacement along its axis (m) for each radian of the joint `of`; < 0 reverses"},

@@ -128,10 +128,11 @@ void assess(const TurnMetrics& measured, double uncertainty, bool datum, Agreeme
 /// and at least least_amplitude of their rms; m/s², else 0. The motion is then not stationary.
 double unsteadiness(const TurnMetrics& turns, double uncertainty);
 
-/// Revolutions of a measured signal that deviate from all others. One such revolution raises the scatter of the n
-/// revolutions as much as it moves their mean, so that any difference would be explained. The distance of a
-/// revolution is the root mean square of its difference from the median revolution (harmonic by harmonic); it is
-/// outlying above outlying_median times the median distance of the others and outlying_greatest times the greatest.
+/// Revolutions of a measured signal that deviate from all others. One such revolution raises the scatter
+/// of the n revolutions as much as it moves their mean, so that any difference would be explained. The
+/// distance of a revolution is the root mean square of its difference from the median revolution
+/// (harmonic by harmonic); it is outlying above outlying_median times the median distance of the others
+/// and outlying_greatest times the greatest.
 struct OutlyingTurns {
   std::size_t start = 0;    ///< number at the start, at most a quarter of all
   double ratio = 0;         ///< least distance of these over the median of the others

@@ -87,15 +87,15 @@ void note_outliers(const OutlyingTurns& found, std::vector<std::string>& remarks
   constexpr double shown = 1000;  // of exactly repeated revolutions the distance is rounding
   if (found.start > 0)
     remarks.push_back(fmt::format(
-        "left out at the start of the measured signal: {}, at least {:.2g} times as far from the median revolution as "
-        "half of the others; they would raise the scatter by which differences are explained",
+        "left out at the start of the measured signal: {}, at least {:.0f} times as far from the median "
+        "revolution as half of the others; they would raise the scatter by which differences are explained",
         found.start == 1 ? "1 revolution" : fmt::format("{} revolutions", found.start),
-        std::min(found.ratio, shown)));
+        std::floor(std::min(found.ratio, shown))));
   if (found.single >= 0)
     remarks.push_back(fmt::format(
-        "revolution {} of the measured signal is at least {:.2g} times as far from the median revolution as half of the "
-        "others and raises the scatter by which differences are explained; correct it",
-        found.single + 1, std::min(found.single_ratio, shown)));
+        "revolution {} of the measured signal is at least {:.0f} times as far from the median revolution as "
+        "half of the others and raises the scatter by which differences are explained; correct it",
+        found.single + 1, std::floor(std::min(found.single_ratio, shown))));
 }
 
 /// "1.2 times (0.3 mm)"

@@ -1,4 +1,5 @@
-// Beams at the start of a run: assembly, stated positions that strain them, free ends, and lengths from positions.
+// Beams at the start of a run: assembly, stated positions that strain them, free ends, and lengths from
+// positions.
 #include "mechanism/beam.hpp"
 
 #include "io/scene/write_scene.hpp"
@@ -8,8 +9,8 @@ using namespace freeplay;
 using test::light, test::unit_beam;
 
 TEST_CASE("a mechanism with a beam is assembled as with a rigid link", "[beams]") {
-  // A slider-crank whose bodies at the ends of the rod state no position: the rod has 0.12 m at the crank angle 60°,
-  // and turns with ω_crank r cos φ/(l cos β), sin β = r sin φ/l.
+  // A slider-crank whose bodies at the ends of the rod state no position: the rod has 0.12 m at the crank
+  // angle 60°, and turns with ω_crank r cos φ/(l cos β), sin β = r sin φ/l.
   const double r = 0.05, l = 0.12, speed = 20, phi = std::numbers::pi / 3,
                beta = std::asin(r / l * std::sin(phi));
   const auto scene = parse_scene(
@@ -60,8 +61,8 @@ TEST_CASE("stated positions that strain a beam are kept, with a note", "[beams]"
 }
 
 TEST_CASE("a beam with a free end begins on its unloaded arc and moves with its body", "[beams]") {
-  // p(s) = p₀ + (sin(α + κs) − sin α, cos α − cos(α + κs))/κ, from the point p₀ = r + R(θ) a of the hub in the direction
-  // α = θ + angle; s is negative from the second end.
+  // p(s) = p₀ + (sin(α + κs) − sin α, cos α − cos(α + κs))/κ, from the point p₀ = r + R(θ) a of the hub
+  // in the direction α = θ + angle; s is negative from the second end.
   const double bend = 0.8, angle = 0.4, own = 0.5, spin = 3;
   const Vec2 centre{0.3, -0.2}, at{0.05, 0.1}, velocity{1, 2};
   const double c = std::cos(angle), n = std::sin(angle), alpha = angle + own;
@@ -134,7 +135,8 @@ TEST_CASE("the length of a beam follows from stated positions of its ends", "[be
   CHECK(length(centre, "") == Approx(5).epsilon(1e-15));
   // The point (2, 0) of a body at a right angle is at (4, 5); from (1, 1) it is 5 m away.
   CHECK(length(turned, "at = [[1, 1], [2, 0]]\n") == Approx(5).epsilon(1e-15));
-  // An arc of radius 5 m over a chord of 5 m has a sixth of a circle, to either side; a half circle is the longest.
+  // An arc of radius 5 m over a chord of 5 m has a sixth of a circle, to either side; a half circle is
+  // the longest.
   for (const char* bend : {"0.2", "-0.2"})
     CHECK(length(centre, fmt::format("curvature = {}\n", bend)) ==
           Approx(5 * std::numbers::pi / 3).epsilon(1e-14));

@@ -348,8 +348,8 @@ TEST_CASE("invalid ratios are refused", "[ratio][scene]") {
       {"ratio = 2\n", "", "joints.belt.ratio: is missing"},
       {"of = \"lead\"", "of = \"follow\"", "joints.belt.of: is the joint itself"},
       {"of = \"lead\"", "of = \"rail\"",
-       "joints.belt.of: must be a revolute joint, whose angle alone enters the row; if a revolute joint "
-       "follows a translational one, exchange `joint` and `of`"},
+       "joints.belt.of: must be a revolute joint, whose angle enters the row; if a revolute joint follows a "
+       "translational one, exchange `joint` and `of` and state 1/ratio"},
       {"joint = \"follow\"", "joint = \"belt\"", "joints.belt.joint: there is no joint \"belt\""},
       {"of = \"lead\"", "of = \"hinge\"", "joints.belt.of: \"hinge\" must have the ground as a body"},
       {"joint = \"follow\"", "joint = \"hinge\"",

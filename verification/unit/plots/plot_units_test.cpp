@@ -83,8 +83,9 @@ TEST_CASE("tics of an axis are few and short", "[figures][plot]") {
 
 TEST_CASE("a long key of a single-column figure is in small letters and in the columns that these permit",
           "[figures]") {
-  // On 84 mm a key has 8.4 − 4·0.12 = 7.92 cm; a title needs its letters and five more, of 0.157 cm each, or 0.138 cm in
-  // small letters (0.88): twelve letters 2.67 cm or 2.35 cm, 23 letters 4.40 cm or 3.87 cm, 30 letters 5.50 cm or 4.84 cm.
+  // On 84 mm a key has 8.4 − 4·0.12 = 7.92 cm; a title needs its letters and five more, of 0.157 cm each,
+  // or 0.138 cm in small letters (0.88): twelve letters 2.67 cm or 2.35 cm, 23 letters 4.40 cm or 3.87
+  // cm, 30 letters 5.50 cm or 4.84 cm.
   plots::Style style;
   style.width = 84;
   const auto script_for = [&](std::size_t length, std::size_t count = 9) {

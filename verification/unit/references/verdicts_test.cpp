@@ -345,8 +345,8 @@ TEST_CASE("the part that repeats in each revolution decides the sign; without it
 
 TEST_CASE("outlying revolutions at the start of a measurement are found, and a later one",
           "[chain][validate]") {
-  // Revolutions of 0.99 to 1.01 times a curve, in equal steps, of which some are `size` times as great. Their distances
-  // from the median are 0.1 % to 1 % of the rms, half of them below 0.6 %, and size − 1.
+  // Revolutions of 0.99 to 1.01 times a curve, in equal steps, of which some are `size` times as great.
+  // Their distances from the median are 0.1 % to 1 % of the rms, half of them below 0.6 %, and size − 1.
   const auto found = [](const std::vector<int>& great, double size, int count = 12) {
     const auto signal = [&](double phi) {
       const int turn = static_cast<int>(phi / (2 * pi) + 1e-9);
@@ -375,8 +375,8 @@ TEST_CASE("outlying revolutions at the start of a measurement are found, and a l
 }
 
 TEST_CASE("an outlying start would explain any difference", "[chain][validate]") {
-  // A model that is 10 % too great differs from twelve revolutions with a scatter of 1 %, but not if the first
-  // one is five times as great.
+  // A model that is 10 % too great differs from twelve revolutions with a scatter of 1 %, but not if the
+  // first one is five times as great.
   const auto judged = [](bool outlier) {
     Agreement a;
     a.metrics = turns(
