@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 /// Displacement of ξ for derivatives: far above the error of a run, and small against the ranges.
 constexpr double displacement = 2e-3;
 constexpr double least_step = 1e-4, least_gain = 1e-6;
-constexpr int most_steps = 60;
+constexpr int most_trials = 60;
 
 /// A run without result where a fit needs one.
 struct FailedRun : std::runtime_error {
@@ -153,7 +153,7 @@ RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
   auto linear = linear_at(known(fit.xi));
   double now = sum(linear.d), radius = 0.5;
   const VectorXd once = VectorXd::Ones(linear.d.rows());
-  for (int step = 0; step < most_steps && !fit.settled; ++step) {
+  for (int step = 0; step < most_trials && !fit.settled; ++step) {
     const VectorXd low = (-VectorXd::Ones(n) - fit.xi).cwiseMax(-radius);
     const VectorXd high = (VectorXd::Ones(n) - fit.xi).cwiseMin(radius);
     const VectorXd s = least_sum(linear, once, low, high);

@@ -47,9 +47,9 @@ class ColumnExpression {
 };
 
 /// KEY=VALUE with expressions in braces.
-class Setting {
+class RowSetting {
  public:
-  Setting(const Study& study, const std::string& text, const std::vector<std::string>& columns) {
+  RowSetting(const Study& study, const std::string& text, const std::vector<std::string>& columns) {
     std::size_t from = 0;
     for (auto open = text.find('{'); open != text.npos; open = text.find('{', from)) {
       const auto close = text.find('}', open);
@@ -99,7 +99,7 @@ RowTable read_rows(const Study& study) {
   if (columns.size() == 1)
     if (const auto what = wrong_separator(columns.front()); !what.empty()) fail(what);
 
-  std::vector<Setting> settings;
+  std::vector<RowSetting> settings;
   for (const auto& set : r.overrides) settings.emplace_back(study, set, columns);
   std::vector<ColumnExpression> targets, classes, where;
   for (const auto& t : r.targets)
