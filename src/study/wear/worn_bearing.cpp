@@ -12,6 +12,7 @@ namespace {
 constexpr int most_passes = 4096;
 
 double area_between(std::span<const double> inner, std::span<const double> outer, double radius) {
+  if (outer.empty() || inner.empty()) return 0;  // round: not worn
   double sum = 0;
   for (std::size_t k = 0; k < inner.size(); ++k)
     sum += (outer[k] - inner[k]) * (radius + 0.5 * (outer[k] + inner[k]));
