@@ -12,6 +12,7 @@
 #include "io/files/result_set.hpp"
 #include "mechanism/error.hpp"
 #include "plots/film/film_drawing.hpp"
+#include "plots/film/wear_drawing.hpp"
 
 namespace freeplay::report {
 namespace {
@@ -70,13 +71,14 @@ Film plan(const std::vector<FilmRun>& runs, const FilmOptions& requested) {
 
 std::string name_of(std::size_t frame) { return fmt::format("frame_{:06}.svg", frame + 1); }
 
-void draw_frames(const FilmDrawing& drawing, const Film& film, double fps, const Path& place, StopToken stop,
+/// The SVG of frame k.
+using FrameOf = std::function<std::string(std::size_t k)>;
+
+void draw_frames(const FrameOf& frame, const Film& film, const Path& place, StopToken stop,
                  const std::function<void(double)>& progress) {
-  const double step = film.speed / fps;
   for (std::size_t k = 0; k < film.frames; ++k) {
     if (stop()) throw Interrupted();
-    const double t = std::min(film.from + static_cast<double>(k) * step, film.until);
-    write_file(place / name_of(k), drawing.frame(t, 0.5 * step));
+    write_file(place / name_of(k), frame(k));
     progress(static_cast<double>(k + 1) / static_cast<double>(film.frames));
   }
 }
@@ -113,15 +115,10 @@ void encode(const Path& place, const FilmOptions& requested, const Film& film, s
 
 }  // namespace
 
-Film make_film(const Path& folder, const Path& place, const FilmOptions& requested, StopToken stop,
-               const std::function<void(double)>& progress) {
-  const auto runs = runs_of(folder);
-  auto film = plan(runs, requested);
-  if (requested.magnify != 1 &&
-      std::ranges::all_of(runs, [](const FilmRun& r) { return r.beams.empty() && !r.has_surfaces(); }))
-    throw SceneError(
-        "--magnify: the mechanism has neither beams nor profiles, whose deflection and deviations it magnifies");
-  auto options = requested;
+namespace {
+
+/// The requested files; without a request MP4 if ffmpeg exists, else SVG.
+FilmOptions with_files(FilmOptions options, Film& film, StopToken stop) {
   if (!options.mp4 && !options.gif && !options.svg) {
     options.mp4 = has_ffmpeg(stop);
     options.svg = film.without_ffmpeg = !options.mp4;
@@ -131,15 +128,14 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& request
                     "without it",
                     options.mp4 ? "--mp4" : "--gif"));
   }
-  const JsonFile first(plots::runs_in(folder).front().folder / "run.json");
-  const auto* given = first.find("provenance.title");
-  const auto title = given && given->is_string() ? given->get<std::string>() : folder.filename().string();
-  const FilmDrawing drawing(
-      runs, {.title = title, .width = options.width, .over = options.over, .magnify = options.magnify});
-  film.width = drawing.width(), film.height = drawing.height();
+  return options;
+}
 
+/// Draws and encodes the frames of a film in `place`.
+Film made(Film film, const FrameOf& frame, const Path& place, const FilmOptions& options, StopToken stop,
+          const std::function<void(double)>& progress) {
   ResultSet set(place, "animate");
-  draw_frames(drawing, film, options.fps, set.place(), stop, progress);
+  draw_frames(frame, film, set.place(), stop, progress);
   if (options.mp4) {
     encode(set.place(), options, film, {"-c:v", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"},
            "animation.mp4", stop);
@@ -157,6 +153,51 @@ Film make_film(const Path& folder, const Path& place, const FilmOptions& request
     for (std::size_t k = 0; k < film.frames; ++k) remove_file(set.place() / name_of(k));
   set.commit();
   return film;
+}
+
+/// The film of a wear study, of about `wear_length` seconds.
+Film make_wear_film(const Path& folder, const Path& place, const FilmOptions& requested, StopToken stop,
+                    const std::function<void(double)>& progress) {
+  if (requested.speed || requested.from || requested.until || requested.over || requested.magnify != 1)
+    throw SceneError(
+        "--speed, --from, --until, --over, --magnify: are not those of a film of wear, which shows all turns");
+  constexpr double wear_length = 8;  // s
+  const WearDrawing drawing(folder, requested.width);
+  Film film;
+  film.until = drawing.turns(), film.of_turns = true;
+  film.width = drawing.width(), film.height = drawing.height();
+  film.frames = static_cast<std::size_t>(wear_length * requested.fps) + 1;
+  const auto options = with_files(requested, film, stop);
+  const auto frame = [&](std::size_t k) {
+    return drawing.frame(film.until * static_cast<double>(k) / static_cast<double>(film.frames - 1));
+  };
+  return made(film, frame, place, options, stop, progress);
+}
+
+}  // namespace
+
+Film make_film(const Path& folder, const Path& place, const FilmOptions& requested, StopToken stop,
+               const std::function<void(double)>& progress) {
+  if (std::filesystem::exists(folder / "wear.json"))
+    return make_wear_film(folder, place, requested, stop, progress);
+  const auto runs = runs_of(folder);
+  auto film = plan(runs, requested);
+  if (requested.magnify != 1 &&
+      std::ranges::all_of(runs, [](const FilmRun& r) { return r.beams.empty() && !r.has_surfaces(); }))
+    throw SceneError(
+        "--magnify: the mechanism has neither beams nor profiles, whose deflection and deviations it magnifies");
+  const auto options = with_files(requested, film, stop);
+  const JsonFile first(plots::runs_in(folder).front().folder / "run.json");
+  const auto* given = first.find("provenance.title");
+  const auto title = given && given->is_string() ? given->get<std::string>() : folder.filename().string();
+  const FilmDrawing drawing(
+      runs, {.title = title, .width = options.width, .over = options.over, .magnify = options.magnify});
+  film.width = drawing.width(), film.height = drawing.height();
+  const double step = film.speed / options.fps;
+  const auto frame = [&](std::size_t k) {
+    return drawing.frame(std::min(film.from + static_cast<double>(k) * step, film.until), 0.5 * step);
+  };
+  return made(film, frame, place, options, stop, progress);
 }
 
 }  // namespace freeplay::report

@@ -1,5 +1,5 @@
 // The motion of a run or a comparison as a film: SVG frames at equal time steps, from which ffmpeg
-// makes MP4 or GIF.
+// makes MP4 or GIF. Likewise the worn surfaces of a wear study, at equal steps of turns.
 #pragma once
 
 #include <filesystem>
@@ -28,10 +28,11 @@ struct Film {
   std::size_t frames = 0;
   double from = 0, until = 0, speed = 0;
   int width = 0, height = 0;    ///< px
+  bool of_turns = false;        ///< from and until are numbers of turns, of a wear study
   bool without_ffmpeg = false;  ///< frames instead of a film, because ffmpeg is missing
 };
 
-/// Makes the film of a run or a comparison from its result folder. The files replace those of an
+/// Makes the film of a run, a comparison or a wear study from its result folder. The files replace those of an
 /// earlier film in `place`. `progress` is called with the completed fraction. Throws SceneError for
 /// other folders and for times outside the run, OutputError, and Interrupted on a stop request.
 Film make_film(const std::filesystem::path& folder, const std::filesystem::path& place,

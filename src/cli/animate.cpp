@@ -1,4 +1,4 @@
-// freeplay animate: a film of the motion of a run or a comparison.
+// freeplay animate: a film of the motion of a run or a comparison, or of the worn surfaces of a wear study.
 #include <fmt/format.h>
 
 #include "cli/command_line.hpp"
@@ -30,8 +30,12 @@ int animate(const AnimateRequest& request) {
         "frames only: ffmpeg, which encodes MP4 and GIF, is not installed (Debian: apt install "
         "ffmpeg)\n");
   for (const auto& file : film.files)
-    fmt::print("{}: {} frames of {} x {}, t = {:g} to {:g} s at {:g} times real time\n", file.string(),
-               film.frames, film.width, film.height, film.from, film.until, film.speed);
+    if (film.of_turns)
+      fmt::print("{}: {} frames of {} x {}, {:g} turns\n", file.string(), film.frames, film.width,
+                 film.height, film.until);
+    else
+      fmt::print("{}: {} frames of {} x {}, t = {:g} to {:g} s at {:g} times real time\n", file.string(),
+                 film.frames, film.width, film.height, film.from, film.until, film.speed);
   return 0;
 }
 
@@ -41,7 +45,7 @@ void animate_verb(Program& program) {
   auto [options, request] =
       program.verb("animate", "animate a run or a comparison: MP4, GIF or SVG frames", animate);
   auto& film = request.film;
-  options.add("folder", request.folder, "folder made by run, compare or orbit").required();
+  options.add("folder", request.folder, "folder made by run, compare, orbit or wear").required();
   options.flag("--mp4", film.mp4, "write animation.mp4; default if ffmpeg is installed");
   options.flag("--gif", film.gif, "animation.gif");
   options.flag("--svg", film.svg, "write frame_000001.svg etc.; needs no ffmpeg");

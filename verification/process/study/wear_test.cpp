@@ -11,8 +11,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const std::string quick =
-    "scene = \"scene.toml\"\nrevolutions = 1\ndiscard = 0.5\nstarts = 1\nturn = 0\n";
+const std::string quick = "scene = \"scene.toml\"\nrevolutions = 1\ndiscard = 0.5\nstarts = 1\nturn = 0\n";
 
 WearStudy wear_of(const Study& study, const std::filesystem::path& folder, StopToken stop = {},
                   const std::function<void(const WearProgress&)>& on_progress = {}) {
@@ -29,7 +28,8 @@ TEST_CASE("a bearing under a constant load wears to the circle of its pin in bot
   // elastic deflection under 1.5 MPa is 1e-9 m, less than 2e-4 of the depth.
   constexpr double turns = 5152.095615098325 / (2 * 3.141592653589793 * 9.5e-3);
   const test::StudyDesk desk("wear-steady");
-  const auto study = desk.read(quick + fmt::format("[wear]\nturns = {:.17g}\nlife_clearance = \"0.51 mm\"\n", turns));
+  const auto study =
+      desk.read(quick + fmt::format("[wear]\nturns = {:.17g}\nlife_clearance = \"0.51 mm\"\n", turns));
   const auto all = wear_of(study, desk.at("out"));
   REQUIRE(all.histories.size() == 2);
   CHECK(all.failures.empty());
@@ -41,7 +41,8 @@ TEST_CASE("a bearing under a constant load wears to the circle of its pin in bot
     const auto& pin = last.joints[0];
     CHECK(last.turns == Approx(turns));
     // The contact law may let the block oscillate; its mean force over a turn differs by less than 1e-3.
-    CHECK(pin.bearing.bearing_area() == Approx(2.576047807662549e-8).epsilon(h.formulation == "penalty" ? 2e-3 : 1e-6));
+    CHECK(pin.bearing.bearing_area() ==
+          Approx(2.576047807662549e-8).epsilon(h.formulation == "penalty" ? 2e-3 : 1e-6));
     CHECK(pin.in_bearing.depth == Approx(10e-6).epsilon(h.formulation == "penalty" ? 3e-3 : 1e-3));
     CHECK(pin.in_journal.depth == 0);
     // Where the block is pushed down, the shaft presses the upper side of its bearing.
@@ -57,9 +58,9 @@ TEST_CASE("a bearing under a constant load wears to the circle of its pin in bot
 
 TEST_CASE("an interrupted wear study continues to the results of an undisturbed one", "[wear][resume]") {
   const test::StudyDesk desk("wear-steady");
-  const auto study = desk.read("formulations = [\"nonsmooth\"]\n" +
-                               test::replaced(quick, "starts = 1", "starts = 3") +
-                               "[wear]\nturns = 2e6\nshare = 0.02\n");
+  const auto study =
+      desk.read("formulations = [\"nonsmooth\"]\n" + test::replaced(quick, "starts = 1", "starts = 3") +
+                "[wear]\nturns = 2e6\nshare = 0.02\n");
   const auto whole = wear_of(study, desk.at("whole"));
   REQUIRE(whole.histories.at(0).cycles.size() > 4);
   CHECK(whole.made >= 15);
@@ -102,6 +103,14 @@ TEST_CASE("freeplay wear writes its files, and refuses scenes without wear", "[w
   CHECK_THAT(test::file_text(desk.at("out/wear.md")), Contains("worn by"));
   CHECK(std::filesystem::exists(desk.at("out/figures/wear_depth_pin.pdf")));
   CHECK(std::filesystem::exists(desk.at("out/figures/wear_profile_bearing_pin.pdf")));
+
+  // The film of the worn surfaces: 8 s with 2 frames a second and the end.
+  const auto film = test::succeeded(
+      fmt::format("animate {} --svg --fps 2 -o {}", desk.at("out").string(), desk.at("film").string()));
+  CHECK_THAT(film.out, Contains("17 frames") && Contains("100000 turns"));
+  CHECK_THAT(test::file_text(desk.at("film/frame_000017.svg")),
+             Contains("1e+05 turns") && Contains("pin: nonsmooth"));
+  test::refused(fmt::format("animate {} --speed 2", desk.at("out").string()), Contains("a film of wear"));
 
   const auto refuses = [&](const std::string& message) {
     const auto refused = desk.run("wear");

@@ -1,8 +1,8 @@
 // Wear of bearings in cycles: worn surfaces against closed forms, their profiles, extrapolation with its order and
 // errors on model loads, and the conclusion in words.
+#include "mechanism/mechanism.hpp"
 #include "study/wear/wear_documents.hpp"
 #include "study/wear/worn_profile.hpp"
-#include "mechanism/mechanism.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
@@ -11,13 +11,15 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr double pi = 3.141592653589793, R_b = 10e-3, R_j = 9.5e-3, c = R_b - R_j, L = 20e-3, F = 100, k = 1e-15;
+constexpr double pi = 3.141592653589793, R_b = 10e-3, R_j = 9.5e-3, c = R_b - R_j, L = 20e-3, F = 100,
+                 k = 1e-15;
 
 /// Area of the pin outside the bearing if it is moved to c + depth: πr² less the intersection of two circles.
 double lune_area(double depth) {
   const double x = c + depth, pin = std::acos((x * x + R_j * R_j - R_b * R_b) / (2 * x * R_j)),
                bore = std::acos((x * x + R_b * R_b - R_j * R_j) / (2 * x * R_b));
-  return pi * R_j * R_j - R_j * R_j * (pin - std::sin(2 * pin) / 2) - R_b * R_b * (bore - std::sin(2 * bore) / 2);
+  return pi * R_j * R_j - R_j * R_j * (pin - std::sin(2 * pin) / 2) -
+         R_b * R_b * (bore - std::sin(2 * bore) / 2);
 }
 
 /// `stiffness` (Pa/m): 1e17 is rigid, since 100 N on the narrowest lune press 4 MPa: a deflection of 4e-11 m.
@@ -40,8 +42,8 @@ std::vector<BearingLoad> rotating(int m, bool bearing, bool journal, double forc
   const double width = 2 * pi / m;
   for (int i = 0; i < m; ++i) {
     const double angle = width * (i + 0.5);
-    loads.push_back(load_at(bearing ? angle : 0.3, journal ? angle : 0, force, sliding / m, bearing ? width : 0,
-                            journal ? width : 0));
+    loads.push_back(load_at(bearing ? angle : 0.3, journal ? angle : 0, force, sliding / m,
+                            bearing ? width : 0, journal ? width : 0));
   }
   return loads;
 }
@@ -70,7 +72,9 @@ std::vector<WearCycle> cycles_of(const WearLimits& limits, const LoadsOf& loads,
   REQUIRE(end == WearEnd::turns);
   return list;
 }
-double area_after(const std::vector<WearCycle>& cycles) { return cycles.back().joints[0].bearing.bearing_area(); }
+double area_after(const std::vector<WearCycle>& cycles) {
+  return cycles.back().joints[0].bearing.bearing_area();
+}
 
 }  // namespace
 
@@ -203,7 +207,7 @@ TEST_CASE("support functions: circle, ellipse, corners", "[wear]") {
 TEST_CASE("loads of several starts: means, standard errors and wider classes", "[wear]") {
   BearingLoads a, b;
   a.joint = b.joint = "pin";
-  a.loads = {load_at(0.1, 0.2, 10, 1)};                            // 10 N m in 2 turns
+  a.loads = {load_at(0.1, 0.2, 10, 1)};                             // 10 N m in 2 turns
   b.loads = {load_at(0.1001, 0.2, 30, 1), load_at(2, 1, 20, 0.1)};  // 32 N m
   a.work_of_turns = {4, 6}, b.work_of_turns = {16, 16};
   const auto all = united({a, b}, 2);
@@ -267,7 +271,8 @@ TEST_CASE("extrapolated wear agrees with that of all turns within the stated err
     for (std::size_t i = 1; i < cycles.size(); ++i) {
       const auto &now = cycles[i].joints[0], &before = cycles[i - 1].joints[0];
       CHECK(now.work < before.work * (1 + 2.5 * share));
-      CHECK(now.in_bearing.depth - before.in_bearing.depth < 1.1 * share * before.bearing.greatest_clearance());
+      CHECK(now.in_bearing.depth - before.in_bearing.depth <
+            1.1 * share * before.bearing.greatest_clearance());
     }
   }
 }
@@ -317,7 +322,8 @@ TEST_CASE("wear ends at a depth or a clearance, and without loads", "[wear]") {
   CHECK(cycles.back().turns == Approx(lune_area(50e-6) * L / (k * F)).epsilon(5e-3));
   CHECK(run({.clearance = c + 20e-6}, loads) == WearEnd::clearance);
   CHECK(cycles.back().joints[0].bearing.measured_clearance() == Approx(c + 20e-6).epsilon(1e-4));
-  CHECK(run({.depth = 50e-6}, [](const auto&, int) { return std::vector<TurnLoads>(1); }) == WearEnd::no_load);
+  CHECK(run({.depth = 50e-6}, [](const auto&, int) { return std::vector<TurnLoads>(1); }) ==
+        WearEnd::no_load);
   CHECK(cycles.size() == 1);
 }
 
@@ -335,7 +341,8 @@ WearStudy study_of_rotating_load() {
     const double sliding = 2 * pi * (R_b + 0.5 * depth) * depth * L / (k * F);
     WornBearing even(form);
     if (depth > 0) even.wear(rotating(90, true, false, F, sliding), 1, 0.01);
-    WearCycle cycle{static_cast<int>(h.cycles.size()), 1000.0 * static_cast<double>(h.cycles.size()), 1000, {}};
+    WearCycle cycle{
+        static_cast<int>(h.cycles.size()), 1000.0 * static_cast<double>(h.cycles.size()), 1000, {}};
     cycle.joints.push_back({even, {depth, depth > 0 ? 1e-6 : 0, 0}, {}, 1, 0.1});
     h.cycles.push_back(cycle);
   }
@@ -363,9 +370,10 @@ TEST_CASE("life to a clearance is interpolated between cycles, and extrapolated 
 
   WearPlan plan;
   plan.turns = 3000, plan.life_clearance = c + 60e-6;
-  CHECK_THAT(conclusion(plan, all), Contains("After 3000 turns the bearing of pin is worn by 40 ± 2 um (nonsmooth)") &&
-                                        Contains("A clearance of 560 um is reached after") &&
-                                        Contains("extrapolated with the last rate"));
+  CHECK_THAT(conclusion(plan, all),
+             Contains("After 3000 turns the bearing of pin is worn by 40 ± 2 um (nonsmooth)") &&
+                 Contains("A clearance of 560 um is reached after") &&
+                 Contains("extrapolated with the last rate"));
   CHECK(wear_table(all).rows().size() == 4);
   CHECK(profiles_table(all).rows().size() == 4 * 90);
   CHECK(to_json(plan, all)["wear"]["results"][0]["life"]["extrapolated"] == true);
@@ -383,7 +391,8 @@ TEST_CASE("loads survive their row, and damaged rows are refused", "[wear]") {
   CHECK(back[0].loads[1].work == a.loads[1].work);
   CHECK(back[0].loads[0].width_on_journal == 0.02);
   CHECK(back[0].work_of_turns == a.work_of_turns);
-  for (auto damage : {std::pair<std::size_t, double>{1, 1e9}, {1, -1}, {5, 1e9}, {7, NAN}, {8, -1}, {1, INFINITY}}) {
+  for (auto damage :
+       {std::pair<std::size_t, double>{1, 1e9}, {1, -1}, {5, 1e9}, {7, NAN}, {8, -1}, {1, INFINITY}}) {
     auto bad = row;
     bad[damage.first] = damage.second;
     CHECK_THROWS_WITH(unpacked(bad, {"pin"}), Contains("damaged"));
