@@ -21,7 +21,7 @@ std::string micrometres(double x) { return fmt::format("{:.4g}", 1e6 * x); }
 /// A number of turns: 1234, 1.23e+06.
 std::string in_turns(double n) { return n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.3g}", n); }
 
-const char* reason(WearEnd end) {
+const char* limit_of(WearEnd end) {
   switch (end) {
     case WearEnd::turns:
       return "turns";
@@ -149,7 +149,7 @@ nlohmann::json to_json(const WearPlan& plan, const WearStudy& all) {
                             {"length_m", all.lengths[j]},
                             {"turns", last.turns},
                             {"cycles", last.number},
-                            {"ended_by", reason(h.end)},
+                            {"ended_by", limit_of(h.end)},
                             {"bearing", depth(w.in_bearing)},
                             {"journal", depth(w.in_journal)},
                             {"bearing_area_m2", w.bearing.bearing_area()},
