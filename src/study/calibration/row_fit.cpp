@@ -27,7 +27,7 @@ constexpr int most_trials = 60;
 
 /// A run without result where a fit needs one.
 struct FailedRun : std::runtime_error {
-  FailedRun() : std::runtime_error("a run failed in the middle of the ranges or beside an accepted step") {}
+  FailedRun() : std::runtime_error("a run failed at every start of the search or beside an accepted step") {}
 };
 
 /// d + Σ s_j slope_j of some rows.
@@ -102,6 +102,11 @@ double sorted_quantile(std::vector<double> list, double p) {
   return quantile(list, p);
 }
 
+/// Whether an unknown has no influence here: its whole range of 2 changes S by less than a thousandth.
+bool is_flat(const MatrixXd& slope, const MatrixXd& d) {
+  return 2 * slope.rowwise().norm().sum() <= 1e-3 * d.rowwise().norm().sum();
+}
+
 /// Sets the intervals of a fit from its linear model at the optimum.
 void add_intervals(RowFit& fit, const LinearRows& rows, const std::vector<Unknown>& unknowns,
                    const Resampling& resampling) {
@@ -118,7 +123,7 @@ void add_intervals(RowFit& fit, const LinearRows& rows, const std::vector<Unknow
   }
   for (std::size_t j = 0; j < unknowns.size(); ++j) {
     const double from = sorted_quantile(drawn[j], 0.025), to = sorted_quantile(drawn[j], 0.975);
-    const bool free = rows.slope[j].isZero(0);
+    const bool free = is_flat(rows.slope[j], rows.d);
     constexpr double end = 1 - 1e-6;
     fit.unknowns.push_back({unscaled(unknowns[j], fit.xi[static_cast<Index>(j)]),
                             unscaled(unknowns[j], free ? -1 : std::max(from, -1.0)),
@@ -127,13 +132,38 @@ void add_intervals(RowFit& fit, const LinearRows& rows, const std::vector<Unknow
   }
 }
 
+double sum_of_norms(const MatrixXd& d) { return d.allFinite() ? d.rowwise().norm().sum() : INFINITY; }
+
+/// Improves ξ by two searches along each unknown in turn, over a dozen values of its whole range. A descent from
+/// one start may be on a plateau, such as friction at which all contacts stick.
+VectorXd scanned(const RowModel& model, std::span<const std::size_t> rows, VectorXd xi) {
+  constexpr int values = 12, sweeps = 2;
+  double least = sum_of_norms(model(rows, xi));
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    for (Index j = 0; j < xi.size(); ++j)
+      for (int i = 0; i < values; ++i) {
+        auto other = xi;
+        other[j] = (2.0 * i + 1) / values - 1;
+        if (const double now = sum_of_norms(model(rows, other)); now < least) least = now, xi = other;
+      }
+  return xi;
+}
+
+/// At most a hundred of the rows, evenly spaced.
+std::vector<std::size_t> some_of(std::span<const std::size_t> rows) {
+  const auto count = std::min<std::size_t>(100, rows.size());
+  std::vector<std::size_t> some;
+  for (std::size_t k = 0; k < count; ++k) some.push_back(rows[k * rows.size() / count]);
+  return some;
+}
+
 }  // namespace
 
 RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
                 const std::vector<Unknown>& unknowns, const Resampling& resampling) {
   const auto n = static_cast<Index>(unknowns.size());
   RowFit fit;
-  fit.xi = VectorXd::Zero(n);
+  fit.xi = scanned(model, some_of(rows), VectorXd::Zero(n));
   const auto known = [&](const VectorXd& xi) {
     auto d = model(rows, xi);
     if (!d.allFinite()) throw FailedRun();
@@ -149,20 +179,32 @@ RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
     }
     return linear;
   };
-  const auto sum = [](const MatrixXd& d) { return d.rowwise().norm().sum(); };
   auto linear = linear_at(known(fit.xi));
-  double now = sum(linear.d), radius = 0.5;
+  double now = sum_of_norms(linear.d), radius = 0.25;
+  bool on_plateau = false;  // once: an unknown without influence here
   const VectorXd once = VectorXd::Ones(linear.d.rows());
   for (int step = 0; step < most_trials && !fit.settled; ++step) {
     const VectorXd low = (-VectorXd::Ones(n) - fit.xi).cwiseMax(-radius);
     const VectorXd high = (VectorXd::Ones(n) - fit.xi).cwiseMin(radius);
     const VectorXd s = least_sum(linear, once, low, high);
-    const double length = n > 0 ? s.cwiseAbs().maxCoeff() : 0, gain = now - sum(linear.at(s));
+    const double length = n > 0 ? s.cwiseAbs().maxCoeff() : 0, gain = now - sum_of_norms(linear.at(s));
     fit.settled = length < least_step || !(gain > least_gain * now);
+    if (fit.settled && !on_plateau &&
+        std::ranges::any_of(linear.slope, [&](const auto& slope) { return is_flat(slope, linear.d); })) {
+      on_plateau = true;
+      const auto place = scanned(model, rows, fit.xi);
+      if (auto d = known(place); sum_of_norms(d) < now) {
+        fit.settled = false;
+        fit.xi = place;
+        now = sum_of_norms(d);
+        linear = linear_at(std::move(d));
+        continue;
+      }
+    }
     if (fit.settled) break;
     const VectorXd next = (fit.xi + s).cwiseMax(-1).cwiseMin(1);
     auto d = model(rows, next);  // a run that fails shortens the step
-    const double then = d.allFinite() ? sum(d) : INFINITY;
+    const double then = sum_of_norms(d);
     if (now - then >= 0.1 * gain) {
       if (now - then > 0.75 * gain) radius = std::min(2.0, 2 * radius);
       fit.xi = next;

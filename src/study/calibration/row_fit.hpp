@@ -7,7 +7,7 @@
 // and the fit minimises S(ξ) = Σ r_i over ξ ∈ [−1, 1]ⁿ, the unknowns scaled to their ranges. The sum of
 // norms, not of squares, is taken because measured impacts have outliers: a row pulls by a bounded amount.
 //
-// Algorithm: a trust-region method. d_i is linearised with the derivatives from displaced runs. The linear
+// Algorithm: a coarse search along each unknown by some of the rows, then a trust-region method. d_i is linearised with the derivatives from displaced runs. The linear
 // model Σ |d_i + J_i s| is minimised over the box of |s_j| ≤ Δ and the ranges, by iteratively reweighted least
 // squares with the weights 1/max(|d_i + J_i s|, ε) (R. H. Byrd and D. A. Payne, Convergence of the iteratively
 // reweighted least squares algorithm for robust regression, Johns Hopkins University, 1979), ε a thousandth of
@@ -46,7 +46,7 @@ struct Resampling {
 /// A fit to some rows.
 struct RowFit {
   Eigen::VectorXd xi;
-  std::vector<Estimate> unknowns;  ///< with 95 % intervals; both ends are open if no row depends on it
+  std::vector<Estimate> unknowns;  ///< with 95 % intervals; both ends are open if it has no influence
   std::vector<double> residuals;   ///< of the fitted rows
   int iterations = 0;              ///< accepted steps
   bool settled = false;            ///< whether the search ended at a minimum
@@ -55,8 +55,8 @@ struct RowFit {
   }
 };
 
-/// Fits unknowns to these rows, from the middle of their ranges. Throws std::runtime_error if a run fails
-/// there.
+/// Fits unknowns to these rows. Throws std::runtime_error if a run fails at every start or beside an accepted
+/// step.
 RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
                 const std::vector<Unknown>& unknowns, const Resampling& resampling);
 

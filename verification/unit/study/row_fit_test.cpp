@@ -31,8 +31,7 @@ Eigen::Vector3d rebound(const Touch& s, double e, double mu) {
   constexpr double r = radius_of_gyration;
   const reference::Delassus<> D{1 + s.n * s.n / (r * r), s.n * s.d / (r * r), 1 + s.d * s.d / (r * r)};
   const auto p = reference::oblique_impact(D, s.vy + s.n * s.omega, s.vx + s.d * s.omega, e, mu);
-  return {s.vx + p.impulse_t, s.vy + p.impulse_n,
-          r * s.omega + (s.n * p.impulse_n + s.d * p.impulse_t) / r};
+  return {s.vx + p.impulse_t, s.vy + p.impulse_n, r * s.omega + (s.n * p.impulse_n + s.d * p.impulse_t) / r};
 }
 
 /// Synthetic measurements of impacts like those of the case.
@@ -62,22 +61,25 @@ struct SyntheticRows {
     return [this](std::span<const std::size_t> list, const Eigen::VectorXd& xi) {
       Eigen::MatrixXd d(static_cast<Eigen::Index>(list.size()), 3);
       for (std::size_t k = 0; k < list.size(); ++k) {
-        const auto after = rebound(states[list[k]], unscaled(unknowns()[0], xi[0]), unscaled(unknowns()[1], xi[1]));
+        const auto after =
+            rebound(states[list[k]], unscaled(unknowns()[0], xi[0]), unscaled(unknowns()[1], xi[1]));
         d.row(static_cast<Eigen::Index>(k)) = (after - measured[list[k]]).transpose();
       }
       return d;
     };
   }
   static const std::vector<Unknown>& unknowns() {
-    static const std::vector<Unknown> list{{"e", "e", "", 0.2, 0.95, false}, {"mu", "mu", "", 0.02, 0.6, false}};
+    static const std::vector<Unknown> list{{"e", "e", "", 0.2, 0.95, false},
+                                           {"mu", "mu", "", 0.02, 0.6, false}};
     return list;
   }
 };
 
 /// The study of cases/planar-impacts with the twelve quoted rows, in a folder of its own.
 struct TwelveRows : test::StudyDesk {
-  std::string text = test::replaced(test::file_text(test::source_folder() / "cases/planar-impacts/study.toml"),
-                                    "planar-impacts.csv", "twelve.csv");
+  std::string text =
+      test::replaced(test::file_text(test::source_folder() / "cases/planar-impacts/study.toml"),
+                     "planar-impacts.csv", "twelve.csv");
   TwelveRows() : StudyDesk("planar-impacts") {
     put("twelve.csv", test::file_text(test::source_folder() / "cases/planar-impacts/twelve.csv"));
   }
@@ -210,7 +212,8 @@ TEST_CASE("twelve measured impacts agree with the closed form of Newton's law", 
                       std::stod(row[17])};
     const auto& constants = newton.fits[static_cast<std::size_t>(table.part[i])].unknowns;
     const auto expected = rebound(state, constants[0].value, constants[1].value);
-    const Eigen::Vector3d measured(-std::stod(row[9]), std::stod(row[10]), radius_of_gyration * std::stod(row[11]));
+    const Eigen::Vector3d measured(-std::stod(row[9]), std::stod(row[10]),
+                                   radius_of_gyration * std::stod(row[11]));
     // The body turns by less than 4e-7 rad on the way to the contact, 0.1 µm: its arms change by less than 2e-8 m.
     const auto at = static_cast<Eigen::Index>(i);
     CHECK((newton.difference.row(at).transpose() - (expected - measured)).norm() < 1e-5);
@@ -251,21 +254,26 @@ TEST_CASE("errors of measured rows have their place", "[rows]") {
   };
   CHECK_THAT(changed("{-v}", "{-w}"), Contains("rows.set") && Contains("w"));
   CHECK_THAT(changed("{-v}", "{-v"), Contains("} is missing"));
-  CHECK_THAT(changed("\"after\"", "\"after > 1\""), Contains("rows.targets.vy.value") && Contains("a number is needed"));
+  CHECK_THAT(changed("\"after\"", "\"after > 1\""),
+             Contains("rows.targets.vy.value") && Contains("a number is needed"));
   CHECK_THAT(changed("[rows.targets.vy]", "[rows.targets.vx]"), Contains("must be that of a measure"));
   CHECK_THAT(changed("[1.65]", "[2, 1]"), Contains("must increase"));
-  CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nwhere = \"v\"\n"), Contains("rows.where"));
+  CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nwhere = \"v\"\n"),
+             Contains("rows.where"));
   CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nwhere = \"v > 1\"\n"),
              Contains("fewer than the 2 parts"));
   CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nhold_out = 1\n"), Contains("from 2"));
-  CHECK_THAT(reading(falls + "[variants.a]\nunknowns = [\"mu\"]\n"), Contains("variants.a.unknowns") && Contains("mu"));
+  CHECK_THAT(reading(falls + "[variants.a]\nunknowns = [\"mu\"]\n"),
+             Contains("variants.a.unknowns") && Contains("mu"));
   CHECK_THAT(changed("surfaces.pair.restitution", "bodies.ellipse.velocity"), Contains("is set by each row"));
-  CHECK_THAT(reading("claims = \"rows\"\nscene = \"scene.toml\"\n"), Contains("needs the measured runs, [rows]"));
+  CHECK_THAT(reading("claims = \"rows\"\nscene = \"scene.toml\"\n"),
+             Contains("needs the measured runs, [rows]"));
   desk.put("falls.csv", "v,after\n1,0.5\n2,x\n");
   CHECK_THAT(reading(falls), Contains("falls.csv: line 3: after must be a number"));
   desk.put("falls.csv", "v,after\n1,0.5\n2,1\n");
   // A key that the scene does not have.
-  const auto study = desk.read(test::replaced(falls, "surfaces.pair.restitution", "surfaces.pair.restitutoin"));
+  const auto study =
+      desk.read(test::replaced(falls, "surfaces.pair.restitution", "surfaces.pair.restitutoin"));
   const auto table = read_rows(study);
   CHECK_THAT(test::refusal_of<SceneError>([&] { predict_rows(study, table, true, {}, 1, {}); }),
              Contains("study.toml:") && Contains("rows.unknowns.e") && Contains("restitutoin"));
