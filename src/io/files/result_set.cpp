@@ -162,6 +162,7 @@ const std::vector<Members>& all_members() {
         "figures/experiment_*"}},
       {"paper", {"paper.json", "cells.csv", "traces.csv", "spectra.csv", "figures/figure_*"}},
       {"validate-points", {"points.json", "points.csv", "curves.csv", "figures/points*"}},
+      {"validate-rows", {"rows.json", "rows.csv"}},
       {"tradeoff", {"tradeoff.json", "tradeoff.csv", "figures/tradeoff_*"}},
       {"ensemble", {"ensemble.json", "statistics.csv", "starts.csv", "bands.csv", "figures/ensemble*"}},
       {"wear", {"wear.json", "wear.csv", "profiles.csv", "wear.md", "figures/wear*"}},
