@@ -73,7 +73,8 @@ std::string WearDrawing::frame(double turns) const {
     const auto outline = [&](const std::vector<double>& depth, double sign, std::string_view colour) {
       std::vector<Vec2> points;
       for (std::size_t k = 0; k < depth.size(); ++k) {
-        const double angle = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(depth.size());
+        const double angle =
+            2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(depth.size());
         const double r = radius + sign * scale * depth[k];
         points.push_back(middle + Vec2{r * std::cos(angle), -r * std::sin(angle)});
       }
@@ -85,11 +86,11 @@ std::string WearDrawing::frame(double turns) const {
     svg.text(middle, fmt::format("{}: {}", cell.joint, cell.formulation), 16, ink, Svg::Anchor::middle);
     svg.text(middle + Vec2{0, 24},
              fmt::format("{:.3g} um", 1e6 * std::max(*std::ranges::max_element(now.bearing),
-                                                      *std::ranges::max_element(now.journal))),
+                                                     *std::ranges::max_element(now.journal))),
              14, soft, Svg::Anchor::middle);
   }
-  svg.text({0.5 * width_, static_cast<double>(height_) - 0.4 * foot}, fmt::format("{:.3g} turns", turns), 18, ink,
-           Svg::Anchor::middle);
+  svg.text({0.5 * width_, static_cast<double>(height_) - 0.4 * foot}, fmt::format("{:.3g} turns", turns), 18,
+           ink, Svg::Anchor::middle);
   return svg.finish();
 }
 

@@ -18,7 +18,7 @@ class WearDrawing {
   WearDrawing(const std::filesystem::path& folder, int width);
 
   int width() const { return width_; }
-  int height() const { return height_; }  ///< px, even, as video codecs require
+  int height() const { return height_; }   ///< px, even, as video codecs require
   double turns() const { return turns_; }  ///< of the last cycle of any formulation
   /// SVG of the frame after this number of turns.
   std::string frame(double turns) const;

@@ -81,11 +81,19 @@ class JournalSearch {
         floor_(f_.clearance + bearing_.least() - journal_.greatest()),
         out_(out),
         half_(out.halves),
-        points_(out.points) {
+        points_(out.points),
+        nodes_(out.nodes) {
     for (std::size_t i = 0; i < gauss.size(); ++i)
       turned_[i] = {std::cos(step_ * gauss[i]), std::sin(step_ * gauss[i])};
     half_turned_ = {std::cos(0.5 * step_), std::sin(0.5 * step_)};
     out_.p.resize(bearing.size());
+    if (nodes_.size() != bearing.size()) {
+      nodes_.resize(bearing.size());
+      for (std::size_t k = 0; k < nodes_.size(); ++k) {
+        const double angle = step_ * static_cast<double>(k);
+        nodes_[k] = {std::cos(angle), std::sin(angle)};
+      }
+    }
     half_.resize(bearing.size());
     points_.resize(bearing.size());
     for (long k = 0; k < count_; ++k)
@@ -116,10 +124,7 @@ class JournalSearch {
   static constexpr std::array gauss{0.5 - 0.5 * root, 0.5, 0.5 + 0.5 * root};
   static constexpr std::array weight{5.0 / 18, 8.0 / 18, 5.0 / 18};
 
-  Vec2 node(long k) const {
-    const double angle = step_ * static_cast<double>(k);
-    return {std::cos(angle), std::sin(angle)};
-  }
+  Vec2 node(long k) const { return nodes_[static_cast<std::size_t>((k % count_ + count_) % count_)]; }
   /// δ in the direction e, where the bearing deviates by d, and the derivative of δ by x × e.
   std::array<double, 2> depth(const Vec2& x, const Vec2& e, double angle, double deviation) const {
     const double across = cross(x, e), R = f_.journal_radius();
@@ -293,8 +298,8 @@ class JournalSearch {
   std::array<Vec2, 3> turned_;
   Vec2 half_turned_;
   Pressure& out_;
-  std::vector<double>& half_;  // m, deviations of the bearing midway between the angles
-  std::vector<Vec2>& points_;
+  std::vector<double>& half_;          // m, deviations of the bearing midway between the angles
+  std::vector<Vec2>&points_, &nodes_;  // nodes: the n directions
 };
 
 }  // namespace

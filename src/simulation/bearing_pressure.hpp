@@ -83,7 +83,7 @@ struct Pressure {
   double greatest = 0;  ///< Pa, greatest p
   /// work space of solve()
   std::vector<double> halves;
-  std::vector<Vec2> points;
+  std::vector<Vec2> points, nodes;
 };
 
 /// No position of the journal balances the load.

@@ -170,10 +170,20 @@ void WornBearing::wear(std::span<const BearingLoad> loads, double share, double 
     softenings_.assign(loads.size(), 0.0);
     for (int i = 0; i < passes; ++i) pass(loads, share / passes, i);
   };
-  const auto farthest = [](const std::vector<double>& a, const std::vector<double>& b) {
+  const auto apart = [](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) sum += std::abs(a[k] - b[k]);
+    return sum;
+  };
+  const auto greatest = [](const std::vector<double>& a, const std::vector<double>& b) {
     double most = 0;
     for (std::size_t k = 0; k < a.size(); ++k) most = std::max(most, std::abs(a[k] - b[k]));
     return most;
+  };
+  const auto settled = [&](const std::vector<double>& now, const std::vector<double>& coarse,
+                           const std::vector<double>& before) {
+    return apart(now, coarse) <= tolerance * apart(now, before) &&
+           std::abs(greatest(now, before) - greatest(coarse, before)) <= tolerance * greatest(now, before);
   };
   for (int passes = std::max(2, passes_ / 2);; passes *= 2) {
     if (passes > most_passes) {
@@ -183,9 +193,7 @@ void WornBearing::wear(std::span<const BearingLoad> loads, double share, double 
     if (passes == std::max(2, passes_ / 2)) run(passes / 2);
     const auto coarse_bearing = bearing_, coarse_journal = journal_;
     run(passes);
-    const double changed = std::max(farthest(bearing_, coarse_bearing), farthest(journal_, coarse_journal));
-    const double grown = std::max(farthest(bearing_, bearing), farthest(journal_, journal));
-    if (changed <= tolerance * grown) {
+    if (settled(bearing_, coarse_bearing, bearing) && settled(journal_, coarse_journal, journal)) {
       passes_ = passes;
       return;
     }

@@ -43,8 +43,8 @@ class WornBearing {
   /// Unworn. `joint.bearing_form` has n ≥ 8 angles, and `joint.journal_form` n or none.
   explicit WornBearing(WearingJoint joint);
 
-  /// Wears both surfaces by these loads, times `share`. `tolerance`: greatest change of the depths when the
-  /// number of passes is doubled, as a share of the greatest growth of a depth. Throws NoEquilibrium, also if
+  /// Wears both surfaces by these loads, times `share`. `tolerance`: greatest change when the number of
+  /// passes is doubled, of the depths in the mean over a surface and of the greatest growth, as a share of them. Throws NoEquilibrium, also if
   /// the passes do not converge.
   void wear(std::span<const BearingLoad> loads, double share, double tolerance);
 
