@@ -112,17 +112,19 @@ void add_intervals(RowFit& fit, const LinearRows& rows, const std::vector<Unknow
                    const Resampling& resampling) {
   const auto n = static_cast<Index>(unknowns.size());
   const VectorXd low = -VectorXd::Ones(n) - fit.xi, high = VectorXd::Ones(n) - fit.xi;
-  Draws draws(resampling.seed);
-  std::vector<std::vector<double>> drawn(unknowns.size());
   const auto count = static_cast<std::size_t>(rows.d.rows());
-  for (int b = 0; n > 0 && b < resampling.count; ++b) {
+  MatrixXd fits(n, resampling.count);  // a column for each draw
+  const auto fit_to_draw = [&](std::size_t b) {
+    Draws draws(resampling.seed + b);
     VectorXd times = VectorXd::Zero(rows.d.rows());
     for (std::size_t i = 0; i < count; ++i) times[static_cast<Index>(draws.below(count))] += 1;
-    const VectorXd s = fit.xi + least_sum(rows, times, low, high);
-    for (Index j = 0; j < n; ++j) drawn[static_cast<std::size_t>(j)].push_back(s[j]);
-  }
+    fits.col(static_cast<Index>(b)) = fit.xi + least_sum(rows, times, low, high);
+  };
+  if (n > 0) execute_jobs(resampling.threads, static_cast<std::size_t>(resampling.count), {}, fit_to_draw);
   for (std::size_t j = 0; j < unknowns.size(); ++j) {
-    const double from = sorted_quantile(drawn[j], 0.025), to = sorted_quantile(drawn[j], 0.975);
+    const auto row = fits.row(static_cast<Index>(j));
+    const std::vector<double> drawn(row.begin(), row.end());
+    const double from = sorted_quantile(drawn, 0.025), to = sorted_quantile(drawn, 0.975);
     const bool free = is_flat(rows.slope[j], rows.d);
     constexpr double end = 1 - 1e-6;
     fit.unknowns.push_back({unscaled(unknowns[j], fit.xi[static_cast<Index>(j)]),
@@ -149,9 +151,9 @@ VectorXd scanned(const RowModel& model, std::span<const std::size_t> rows, Vecto
   return xi;
 }
 
-/// At most a hundred of the rows, evenly spaced.
+/// At most forty of the rows, evenly spaced.
 std::vector<std::size_t> some_of(std::span<const std::size_t> rows) {
-  const auto count = std::min<std::size_t>(100, rows.size());
+  const auto count = std::min<std::size_t>(40, rows.size());
   std::vector<std::size_t> some;
   for (std::size_t k = 0; k < count; ++k) some.push_back(rows[k * rows.size() / count]);
   return some;
@@ -300,7 +302,7 @@ std::vector<RowPrediction> predict_rows(const Study& given, const RowTable& tabl
                                         const std::function<void(const std::string&, double)>& on_progress) {
   auto study = given;
   study.starts.perturbation = {.turn = 0, .play = 0, .vary = {}};  // each row states its start
-  const Resampling resampling{study.rows->resamples, study.starts.seed};
+  const Resampling resampling{study.rows->resamples, study.starts.seed, threads};
   std::vector<RowPrediction> all;
   double models = 0;
   for (const auto& v : study.variants) models += static_cast<double>(v.formulations.size());
@@ -400,7 +402,7 @@ void add_summaries(std::vector<RowSummary>& all, const std::string& name,
 std::vector<RowSummary> summaries(const Study& study, const RowTable& table,
                                   const std::vector<RowPrediction>& predictions) {
   constexpr std::size_t fewest = 10;  // below, a 90 % quantile is the greatest value
-  const Resampling resampling{study.rows->resamples, study.starts.seed};
+  const Resampling resampling{study.rows->resamples, study.starts.seed, 1};
   std::vector<RowSummary> all;
   std::vector<std::size_t> rows(table.size());
   std::iota(rows.begin(), rows.end(), std::size_t{0});

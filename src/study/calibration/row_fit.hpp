@@ -41,6 +41,7 @@ using RowModel = std::function<Eigen::MatrixXd(std::span<const std::size_t> rows
 struct Resampling {
   int count = 400;
   std::uint64_t seed = 1;
+  int threads = 1;  ///< for the fits to the draws; 0: all cores
 };
 
 /// A fit to some rows.

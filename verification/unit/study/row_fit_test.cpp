@@ -100,7 +100,7 @@ const std::string falls =
 
 TEST_CASE("a fit to rows recovers the constants behind them", "[rows]") {
   const SyntheticRows exact(60, 0.6, 0.18, 0, 3);
-  const auto fit = fit_rows(exact.model(), exact.rows, SyntheticRows::unknowns(), {100, 1});
+  const auto fit = fit_rows(exact.model(), exact.rows, SyntheticRows::unknowns(), {100, 1, 1});
   CHECK(fit.settled);
   // A step of 1e-4 in ξ is 4e-5 of e and 3e-5 of μ.
   CHECK(fit.unknowns[0].value == Approx(0.6).margin(4e-5));
@@ -110,7 +110,7 @@ TEST_CASE("a fit to rows recovers the constants behind them", "[rows]") {
   // Six rows of 60 with another outcome: least squares would move e by a tenth of their 0.3.
   auto spoilt = exact;
   for (std::size_t i = 0; i < 6; ++i) spoilt.measured[i] = rebound(spoilt.states[i], 0.9, 0.18);
-  const auto robust = fit_rows(spoilt.model(), spoilt.rows, SyntheticRows::unknowns(), {100, 1});
+  const auto robust = fit_rows(spoilt.model(), spoilt.rows, SyntheticRows::unknowns(), {100, 1, 1});
   CHECK(robust.unknowns[0].value == Approx(0.6).margin(0.003));
   CHECK(robust.unknowns[1].value == Approx(0.18).margin(0.003));
 }
@@ -119,7 +119,7 @@ TEST_CASE("an unknown on which no row depends is open", "[rows]") {
   const SyntheticRows exact(20, 0.6, 0.18, 0, 3);
   auto unknowns = SyntheticRows::unknowns();
   unknowns.push_back({"idle", "idle", "", 1, 3, false});
-  const auto fit = fit_rows(exact.model(), exact.rows, unknowns, {100, 1});
+  const auto fit = fit_rows(exact.model(), exact.rows, unknowns, {100, 1, 1});
   CHECK_FALSE(fit.unknowns[0].open());
   CHECK(fit.unknowns[2].open());
   CHECK(fit.unknowns[2].low == 1);
@@ -133,7 +133,7 @@ TEST_CASE("intervals of fits to rows cover the truth in 40 synthetic sets", "[ro
   double width[2] = {}, sum[2] = {}, squares[2] = {};
   for (int set = 0; set < sets; ++set) {
     const SyntheticRows rows(count, e, mu, 0.1, 100 + static_cast<unsigned>(set));
-    const auto fit = fit_rows(rows.model(), rows.rows, SyntheticRows::unknowns(), {400, 1});
+    const auto fit = fit_rows(rows.model(), rows.rows, SyntheticRows::unknowns(), {400, 1, 1});
     REQUIRE(fit.settled);
     for (int j = 0; j < 2; ++j) {
       const auto& x = fit.unknowns[static_cast<std::size_t>(j)];
