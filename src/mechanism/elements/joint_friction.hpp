@@ -102,6 +102,8 @@ struct JointFriction {
         k.check(l.torque.has_value(), "static_torque", "goes with torque, which is missing");
       }
     if (auto* f = k.group("friction", l.reaction)) {
+      k.check(!l.force, "force", "the bound is either a fixed force or friction times the joint's reaction");
+      k.check(!torque, "torque", "the bound is either a fixed torque or friction times the joint's reaction");
       k.need(
           {"friction", "", "μ of sliding: the bound is μ times the joint's own reaction; instead of force"},
           f->friction, non_negative);
@@ -134,10 +136,7 @@ struct JointFriction {
         "fixed force");
     k.check(l.force || torque || l.reaction, "force",
             "is missing: the bound is a fixed force, or friction times the joint's reaction");
-    k.check(!l.force || !l.reaction, "force",
-            "the bound is either a fixed force or friction times the joint's reaction");
-    k.check(!torque || !(l.force || l.reaction), "torque",
-            "the bound is either a fixed torque or friction times the joint's reaction");
+    k.check(!torque || !l.force, "torque", "the bound is either a fixed torque or a fixed force, not both");
     k.when(l.peak || l.reaction, {"stribeck_speed", "stribeck_exponent"},
            "goes with a static value: static_force, static_torque or static_friction");
   }
