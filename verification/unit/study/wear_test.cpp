@@ -228,10 +228,10 @@ TEST_CASE("loads of several starts: means, standard errors and wider classes", "
   double work = 0;
   for (const auto& load : wide.loads) work += load.work;
   CHECK(work == Approx(1000));
-  // Three of them, 0.006 rad apart, fill a class of a degree: √12 times the standard deviation 0.0049 rad.
+  // Six of them, 0.006 rad apart, fill a class of two degrees: √12 times the standard deviation 0.0102 rad.
   double widest = 0;
   for (const auto& load : wide.loads) widest = std::max(widest, load.width_on_bearing);
-  CHECK(widest == Approx(0.006 * std::sqrt(8.0)).epsilon(1e-3));
+  CHECK(widest == Approx(0.006 * std::sqrt(35.0)).epsilon(1e-3));
 }
 
 TEST_CASE("extrapolation in cycles is of second order", "[wear]") {
