@@ -60,6 +60,11 @@ ProfilePair::Place ProfilePair::nearest(const Vec2& d, double angle) const {
   Search search{*this, d, angle, far, {}};
   if (arc.whole) {
     search.best = look(d, angle, psi);
+    // A circle with the least radius of curvature w₀ of C rolls within C (Blaschke). The one that touches where G
+    // is stationary and less than w₀ leaves d no nearer place: this is the least G.
+    if (const Place x = descend(d, angle, search.best, psi - 0.5 * pi, psi + 0.5 * pi);
+        x.gap < 0.99 * arc.least && std::abs(x.slope) <= 1e-9 * x.bend)
+      return x;
   } else {
     a = arc.from, b = arc.to;
     psi += 2 * pi * std::round((0.5 * (a + b) - psi) / (2 * pi));
