@@ -54,7 +54,8 @@ class ProfiledJournal {
   double slow = 0, fast = 0;               ///< m/s, v₁ and v₂
   double step = 1e-3, step_inside = 1e-3;  ///< s; in a compliant contact
   double rest = 1e-9;  ///< m/s, an impact that rebounds more slowly ends in lasting contact
-  static constexpr int directions = 240;  ///< of the grid
+  static constexpr int directions = 240;   ///< of the grid
+  static constexpr int most_events = 300;  ///< the motion is unknown from there on
 
   /// Changes the start of the journal, the gravity and all spins.
   ProfiledJournal under(const Change& c) const {
@@ -70,6 +71,7 @@ class ProfiledJournal {
   struct Rows {
     std::vector<State> states;   ///< one for each instant that is known
     std::vector<double> onsets;  ///< s
+    int events = 0;              ///< onsets, separations and changes of slip
     bool lasting = false;        ///< whether a rigid contact lasted
   };
 
@@ -308,12 +310,14 @@ class ProfiledJournal {
       if (friction == 0) return What::none;
       if (in.slips == 0) return std::abs(p.tangent) > friction * p.normal ? What::slip : What::none;
       // Beyond rounding, so that slip that begins does not end at once.
-      return in.slips * times(place(s.q).tangent, s.v) < -1e-6 * rest ? What::slip : What::none;
+      return in.slips * times(place(s.q).tangent, s.v) < -1e-3 * rest ? What::slip : What::none;
     }
     const auto x = place(s.q);
     if (in.inside) return x.gap > 0 ? What::separation : What::none;
     return x.gap < -1e-12 * clearance && times(x.normal, s.v) < 0 ? What::onset : What::none;
   }
+  /// m, gap of a second place below which the motion is unknown; in lasting contact more than passes in a step.
+  double apart(const Contact& in) const { return in.held ? 0.02 * clearance : 0; }
   double rate(const State& s) const { return times(place(s.q).normal, s.v); }
 
   Rows march(const std::vector<double>& instants, long most_steps) const {
@@ -344,7 +348,7 @@ class ProfiledJournal {
       }
       s = next;
       if (in.held) settle(s, in);
-      if (in.held || in.inside) in.unknown = place(s.q).second < 0;
+      if (in.held || in.inside) in.unknown = place(s.q).second < apart(in);
       if (!in.inside || in.chi == 0) return;
       in.eased = in.eased || rate(s) > 0;
       in.unknown = in.unknown || (in.eased && rate(s) < 0);
@@ -353,6 +357,7 @@ class ProfiledJournal {
     double before = 0, behind = h;
     bisect(before, behind, 60, [&](double middle) { return ends(go(middle), in) == What::none; });
     s = go(behind);
+    in.unknown = ++list.events > most_events;
     const auto what = ends(s, in);
     if (what == What::separation) {
       if (in.held) settle(s, in);
@@ -376,13 +381,12 @@ class ProfiledJournal {
       return;
     }
     impact(s);
-    close(s);
     if (restitution * approach > rest) return;
     choose_slip(s, in);
-    if (lasting(s, in.slips).normal <= 0) return;
+    if (lasting(s, in.slips).normal <= 0) return close(s);  // else rounding might close it again at once
     in.held = list.lasting = true;
     settle(s, in);
-    in.unknown = place(s.q).second < 0;
+    in.unknown = place(s.q).second < apart(in);
   }
 };
 
