@@ -16,7 +16,8 @@
 // loads, because the last class of a pass leaves a mark, whose depth decreases with the power −2/3 of the number
 // of passes and which later loads remove. A class stands for directions that are even over its width: each pass
 // takes another one of them, by the multiples of the golden section. The number of passes is doubled until the
-// depths change by less than a tolerance. It concerns the shape only: the worn areas are exact.
+// depths, in the mean over a surface, and the greatest depth change by less than a tolerance, at most up to 32.
+// It concerns the shape only: the worn areas are exact.
 #pragma once
 
 #include <span>
@@ -44,8 +45,7 @@ class WornBearing {
   explicit WornBearing(WearingJoint joint);
 
   /// Wears both surfaces by these loads, times `share`. `tolerance`: greatest change when the number of
-  /// passes is doubled, of the depths in the mean over a surface and of the greatest growth, as a share of them. Throws NoEquilibrium, also if
-  /// the passes do not converge.
+  /// passes is doubled, of the depths in the mean over a surface and of the greatest growth, as a share of them. Throws NoEquilibrium.
   void wear(std::span<const BearingLoad> loads, double share, double tolerance);
 
   /// Constants of the joint.
