@@ -13,7 +13,7 @@
 //     p = ⟨δ⟩/(1/K + s),    F = L R_b ∫ p e dφ
 //
 // K is that of an elastic layer, (1 − ν) E_l/[(1 + ν)(1 − 2ν) t] in plane strain (P. Põdra, S. Andersson,
-// Wear 207 (1997) 79; S. Mukras et al., Wear 268 (2010) 1109), or that of the foundation on which the
+// Wear 207 (1997) 79; S. Mukras et al., Wear 268 (2010) 643), or that of the foundation on which the
 // contact of round surfaces under this load is as wide as Hertz's (K. L. Johnson, Contact Mechanics, 1985,
 // section 4.3),
 //

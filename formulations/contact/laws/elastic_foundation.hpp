@@ -7,7 +7,7 @@
 // a layer of thickness t in plane strain, K = (1 − ν) E_l/[(1 + ν)(1 − 2ν) t].
 //
 // P. Põdra, S. Andersson, Wear 207 (1997) 79; S. Mukras, N. H. Kim, N. A. Mauntler, T. L. Schmitz,
-// W. G. Sawyer, Wear 268 (2010) 1109. simulation/bearing_pressure.hpp has the pressure.
+// W. G. Sawyer, Wear 268 (2010) 643. simulation/bearing_pressure.hpp has the pressure.
 #pragma once
 
 #include "formulations/contact/law.hpp"

@@ -199,12 +199,19 @@ class WearRun {
   }
 
   /// The predictor, with fewer turns if the growth exceeds what is permitted.
-  std::vector<WornBearing> predict(double& length) const {
+  std::vector<WornBearing> predict(double& length) {
     for (int i = 0;; ++i) {
       std::vector<WornBearing> to;
+      halfway_.clear();
       try {
-        for (std::size_t j = 0; j < now_.size(); ++j)
-          to.push_back(worn_by(now_[j], loads_[j].loads, loads_[j].turns, length));
+        // In two halves, as the corrector: their difference is that of the loads.
+        for (std::size_t j = 0; j < now_.size(); ++j) {
+          const auto wear = [&](const WornBearing& from) {
+            return worn_by(from, loads_[j].loads, loads_[j].turns, 0.5 * length);
+          };
+          halfway_.push_back(wear(now_[j]));
+          to.push_back(wear(halfway_[j]));
+        }
         const double share = permitted(to);
         if (share >= 1 - 0.5 * reached || i == most_reductions) return to;
         length *= std::clamp(share, 0.1, 1 - 0.01 * reached);
@@ -242,10 +249,8 @@ class WearRun {
     const auto predicted = predict(length);
     const auto following = loads_of_(predicted, sets_++);
     std::vector<WornBearing> corrected;
-    for (std::size_t j = 0; j < now_.size(); ++j) {
-      corrected.push_back(worn_by(now_[j], loads_[j].loads, loads_[j].turns, 0.5 * length));
-      corrected[j] = worn_by(std::move(corrected[j]), following[j].loads, following[j].turns, 0.5 * length);
-    }
+    for (std::size_t j = 0; j < now_.size(); ++j)
+      corrected.push_back(worn_by(halfway_[j], following[j].loads, following[j].turns, 0.5 * length));
     double change = 0;
     for (std::size_t j = 0; j < now_.size(); ++j) {
       const double split = scatter(j, length);
@@ -308,7 +313,7 @@ class WearRun {
   const WearLimits& limits_;
   double simulated_;
   const LoadsOf& loads_of_;
-  std::vector<WornBearing> now_;
+  std::vector<WornBearing> now_, halfway_;  // halfway: after half of the predictor
   std::vector<TurnLoads> loads_;
   std::vector<std::array<ErrorSum, 2>> errors_;  // of bearing and journal
   std::vector<double> squares_;                  // sums of the squares of scatter()
