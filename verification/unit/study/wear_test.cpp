@@ -3,6 +3,7 @@
 #include "mechanism/mechanism.hpp"
 #include "study/wear/wear_documents.hpp"
 #include "study/wear/worn_profile.hpp"
+#include "verification/references/bearing_wear.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
@@ -14,13 +15,8 @@ namespace {
 constexpr double pi = 3.141592653589793, R_b = 10e-3, R_j = 9.5e-3, c = R_b - R_j, L = 20e-3, F = 100,
                  k = 1e-15;
 
-/// Area of the pin outside the bearing if it is moved to c + depth: πr² less the intersection of two circles.
-double lune_area(double depth) {
-  const double x = c + depth, pin = std::acos((x * x + R_j * R_j - R_b * R_b) / (2 * x * R_j)),
-               bore = std::acos((x * x + R_b * R_b - R_j * R_j) / (2 * x * R_b));
-  return pi * R_j * R_j - R_j * R_j * (pin - std::sin(2 * pin) / 2) -
-         R_b * R_b * (bore - std::sin(2 * bore) / 2);
-}
+/// Area of the pin outside the bearing if it is moved to c + depth.
+double lune_area(double depth) { return reference::lune_area_by_chord({R_b, c, L}, depth); }
 
 /// `stiffness` (Pa/m): 1e17 is rigid, since 100 N on the narrowest lune press 4 MPa: a deflection of 4e-11 m.
 WearingJoint joint_of(std::size_t n, double k_b, double k_j, double stiffness = 1e17) {
