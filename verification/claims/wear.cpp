@@ -39,7 +39,8 @@ void constant_load(Findings& f) {
     auto worn = unworn(n, true);
     worn.wear(std::vector{load}, 1, 1e-4);
     const auto name = [&](const char* quantity) {
-      return claim_name(fmt::format("bearing worn by {} under a constant load", micrometres(depth)), quantity);
+      return claim_name(fmt::format("bearing worn by {} under a constant load", micrometres(depth)),
+                        quantity);
     };
     const std::string source = "pin's circle outside the bore (verification/references/bearing_wear.hpp)";
     f.relative(name("worn area"), "m²", worn.bearing_area(), area, 1e-9, "A = k F s/L",
@@ -75,10 +76,12 @@ void rotating_load(Findings& f) {
     const auto depths = bearing ? worn.bearing_depth() : worn.journal_depth();
     const auto [least, most] = std::ranges::minmax_element(depths);
     const double even = reference::even_depth(radius, area, side);
-    const std::string subject =
-        bearing ? "bearing under a load that rotates with the journal" : "journal under a load fixed in the bearing";
-    const std::string reason = "passes are doubled until depths change by 1 %; the rest is 1.7 times as large";
-    f.relative(claim_name(subject, "least depth of wear"), "m", *least, even, 0.03, "even wear of the area", reason);
+    const std::string subject = bearing ? "bearing under a load that rotates with the journal"
+                                        : "journal under a load fixed in the bearing";
+    const std::string reason =
+        "passes are doubled until depths change by 1 %; the rest is 1.7 times as large";
+    f.relative(claim_name(subject, "least depth of wear"), "m", *least, even, 0.03, "even wear of the area",
+               reason);
     f.relative(claim_name(subject, "greatest depth of wear"), "m", *most, even, 0.03, "even wear of the area",
                reason);
   }
@@ -91,10 +94,11 @@ void foundation(Findings& f) {
   for (const double depth : {1e-6, 10e-6, 100e-6}) {
     const double load = reference::foundation_load(bore, stiffness, depth);
     solve({bore.bore, clearance, bore.length, stiffness, 0}, round, {}, 0, load, 0.3, 0, pressure);
-    f.relative(claim_name("journal on an elastic foundation",
-                          fmt::format("penetration under the load of {}", micrometres(depth))),
-               "m", pressure.centre.norm() - clearance, depth, 1e-5, "Gauss's quadrature of the exact geometry",
-               "parabolas through angles h apart: h³/15 of the third derivative, 2e-6 of the narrowest contact");
+    f.relative(
+        claim_name("journal on an elastic foundation",
+                   fmt::format("penetration under the load of {}", micrometres(depth))),
+        "m", pressure.centre.norm() - clearance, depth, 1e-5, "Gauss's quadrature of the exact geometry",
+        "parabolas through angles h apart: h³/15 of the third derivative, 2e-6 of the narrowest contact");
   }
   for (const double ratio : {0.01, 0.1, 1.0}) {
     const double alpha = std::acos(1 / (1 + ratio));

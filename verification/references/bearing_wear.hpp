@@ -92,7 +92,8 @@ inline double lune_depth(const BoreAndJournal& b, double area) {
 /// Half angle (rad) of the lune, from the centre of the bore.
 inline double lune_half_angle(const BoreAndJournal& b, double depth) {
   const double c = b.clearance, h = depth, R = b.bore, r = b.journal(), x = c + h;
-  return std::atan2(std::sqrt(h * (2 * c + h) * (2 * r + 2 * c + h) * (2 * r - h)), x * x + (R - r) * (R + r));
+  return std::atan2(std::sqrt(h * (2 * c + h) * (2 * r + 2 * c + h) * (2 * r - h)),
+                    x * x + (R - r) * (R + r));
 }
 
 /// Sliding distance (m) to a worn area by Archard's law.

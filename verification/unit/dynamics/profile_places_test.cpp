@@ -56,7 +56,8 @@ struct Counts {
 void compare(Draw& draw, Counts& counts) {
   const int which = draw.whole(0, 3);  // bearing, journal, both, one that touches in several places
   const bool strong = which == 3, of_bearing = strong ? draw.chance(0.5) : which != 1;
-  const double bend = gap_scale * (strong ? draw.between(1.5, 4) : draw.between(0.1, 0.9) * (which == 2 ? 0.5 : 1));
+  const double bend =
+      gap_scale * (strong ? draw.between(1.5, 4) : draw.between(0.1, 0.9) * (which == 2 ? 0.5 : 1));
   reference::ProfiledJournal one;
   one.clearance = gap_scale, one.radius = radius;
   one.arms = {{{bearing_at.x(), bearing_at.y()}, {journal_at.x(), journal_at.y()}}};
@@ -121,7 +122,8 @@ void compare(Draw& draw, Counts& counts) {
     // Rounding of positions of 1 m. Beyond the reach of an arc its gap is exact to 1e-6 of itself, and arcs are not
     // those of gaps that no journal can close.
     if (system.contacts() == 1)
-      CHECK(least == Approx(expected.gap).margin(1e-14 + 1e-6 * gap_scale * (expected.gap > 0.05 * gap_scale)));
+      CHECK(least ==
+            Approx(expected.gap).margin(1e-14 + 1e-6 * gap_scale * (expected.gap > 0.05 * gap_scale)));
     else if (expected.gap < 0.02 * gap_scale && expected.gap > -0.3 * gap_scale)
       CHECK((least > 0) == (expected.gap > 0));
   }
@@ -145,6 +147,7 @@ TEST_CASE("five hundred random profiles have the places of a search over all dir
   compare_all(500, 1);
 }
 
-TEST_CASE("ten thousand random profiles have the places of a search over all directions", "[profiles][long]") {
+TEST_CASE("ten thousand random profiles have the places of a search over all directions",
+          "[profiles][long]") {
   compare_all(10'000, 2);
 }

@@ -32,6 +32,7 @@ TEST_CASE("reference of wear: even wear and narrow contacts", "[references]") {
   // terms are of the order of δ/c and c/R.
   const BoreAndJournal narrow{10e-3, 1e-6, 20e-3};
   const double depth = 1e-9, effective = narrow.bore * narrow.journal() / narrow.clearance;
-  CHECK(foundation_load(narrow, 1e12, depth) ==
-        Approx(1e12 * narrow.length * 2 / 3 * std::pow(2 * effective * depth, 1.5) / effective).epsilon(2e-3));
+  CHECK(
+      foundation_load(narrow, 1e12, depth) ==
+      Approx(1e12 * narrow.length * 2 / 3 * std::pow(2 * effective * depth, 1.5) / effective).epsilon(2e-3));
 }
