@@ -13,8 +13,8 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double force = 100, coefficient = 1e-15, clearance = 0.5e-3;  // N, m²/N, m
-constexpr reference::BoreAndJournal bore{10e-3, clearance, 20e-3};
+constexpr double force = 100, coefficient = 1e-15, play = 0.5e-3;  // N, m²/N, m
+constexpr reference::BoreAndJournal bore{10e-3, play, 20e-3};
 /// Pa/m: 100 N on the narrowest lune press 4 MPa, which deflects by 4e-11 m.
 constexpr double rigid = 1e17;
 
@@ -22,7 +22,7 @@ std::string micrometres(double depth) { return fmt::format("{:g} µm", 1e6 * dep
 
 WornBearing unworn(std::size_t n, bool bearing) {
   return WornBearing({"pin",
-                      {bore.bore, clearance, bore.length, rigid, 0},
+                      {bore.bore, play, bore.length, rigid, 0},
                       bearing ? coefficient : 0,
                       bearing ? 0 : coefficient,
                       std::vector<double>(n),
@@ -93,11 +93,11 @@ void foundation(Findings& f) {
   Pressure pressure;
   for (const double depth : {1e-6, 10e-6, 100e-6}) {
     const double load = reference::foundation_load(bore, stiffness, depth);
-    solve({bore.bore, clearance, bore.length, stiffness, 0}, round, {}, 0, load, 0.3, 0, pressure);
+    solve({bore.bore, play, bore.length, stiffness, 0}, round, {}, 0, load, 0.3, 0, pressure);
     f.relative(
         claim_name("journal on an elastic foundation",
                    fmt::format("penetration under the load of {}", micrometres(depth))),
-        "m", pressure.centre.norm() - clearance, depth, 1e-5, "Gauss's quadrature of the exact geometry",
+        "m", pressure.centre.norm() - play, depth, 1e-5, "Gauss's quadrature of the exact geometry",
         "parabolas through angles h apart: h³/15 of the third derivative, 2e-6 of the narrowest contact");
   }
   for (const double ratio : {0.01, 0.1, 1.0}) {
