@@ -148,7 +148,16 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
   // Assemble instead.
   const auto from =
       scene.run.start == RunOptions::Start::given ? RunOptions::Start::assembled : scene.run.start;
-  State state = located_in(scene, [&] { return assemble(ideal.mechanism, from, nullptr, stop); });
+  State state;
+  try {
+    state = located_in(scene, [&] { return assemble(ideal.mechanism, from, nullptr, stop); });
+  } catch (const SceneError& e) {
+    if (!(how.play > 0)) throw;
+    throw SceneError(fmt::format(
+        "{}; a random start displaces joints with clearance by up to play = {:g} of it, which guides and other "
+        "joints may not permit: play = 0 leaves them in place",
+        e.what(), how.play));
+  }
   double time = 0;
   if (const auto* drive = main_drive(scene.mechanism); drive && drive->speed != 0 && turned > 0) {
     for (const auto& other : scene.mechanism.drives)

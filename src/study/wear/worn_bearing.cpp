@@ -32,8 +32,14 @@ std::size_t after_widest_gap(std::span<const BearingLoad> loads) {
   return first;
 }
 
+/// The greatest value of a periodic function: that of the parabola through the greatest one and its neighbours.
 double greatest_of(const std::vector<double>& list) {
-  return list.empty() ? 0 : *std::ranges::max_element(list);
+  if (list.empty()) return 0;
+  const auto n = list.size();
+  const auto k = static_cast<std::size_t>(std::ranges::max_element(list) - list.begin());
+  const double middle = list[k], before = list[(k + n - 1) % n], after = list[(k + 1) % n];
+  const double bend = 2 * middle - before - after, rise = after - before;
+  return bend > 0 ? middle + rise * rise / (8 * bend) : middle;
 }
 
 /// The factor f with which the growth removes `area` (m²): the root of f Σ ρ Δh ± f² Σ Δh²/2, `sign`: 1 if the

@@ -62,7 +62,7 @@ class WornBearing {
   /// m², worn areas of the cross-section
   double bearing_area() const;
   double journal_area() const;
-  /// m, greatest depths
+  /// m, greatest depths, also between the angles
   double greatest_bearing() const;
   double greatest_journal() const;
   /// m, nominal radial clearance with both greatest depths: the greatest distance of the surfaces if they are
