@@ -11,7 +11,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const std::string quick = "scene = \"scene.toml\"\nrevolutions = 1\ndiscard = 0.5\nstarts = 1\nturn = 0\nplay = 0\n";
+const std::string quick =
+    "scene = \"scene.toml\"\nrevolutions = 1\ndiscard = 0.5\nstarts = 1\nturn = 0\nplay = 0\n";
 
 WearStudy wear_of(const Study& study, const std::filesystem::path& folder, StopToken stop = {},
                   const std::function<void(const WearProgress&)>& on_progress = {}) {
@@ -59,7 +60,8 @@ TEST_CASE("a bearing under a constant load wears to the circle of its pin in bot
 TEST_CASE("an interrupted wear study continues to the results of an undisturbed one", "[wear][resume]") {
   const test::StudyDesk desk("wear-steady");
   const auto study =
-      desk.read("formulations = [\"nonsmooth\"]\n" + test::replaced(test::replaced(quick, "starts = 1", "starts = 3"), "turn = 0", "turn = 1") +
+      desk.read("formulations = [\"nonsmooth\"]\n" +
+                test::replaced(test::replaced(quick, "starts = 1", "starts = 3"), "turn = 0", "turn = 1") +
                 "[wear]\nturns = 2e6\nshare = 0.02\n");
   const auto whole = wear_of(study, desk.at("whole"));
   REQUIRE(whole.histories.at(0).cycles.size() > 4);

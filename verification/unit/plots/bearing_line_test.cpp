@@ -15,12 +15,13 @@ constexpr double R = 0.02, c = 1e-3, degree = M_PI / 180;
 
 /// A bearing of the ground at (0.1, 0.2) with two lobes, a journal with three.
 Scene lobed(const std::string& journal = "journal_profile = \"j\"\n") {
-  return parse_scene(test::body("shaft", 1, 1) + test::surface("s", 0.5) +
-                         test::pin("pin", "ground", "shaft", {0.1, 0.2}, {0.01, 0},
-                                   test::loose(c, R) + "bearing_profile = \"b\"\n" + journal) +
-                         "[profiles.b]\nharmonics = [[2, 1e-4, 0]]\n[profiles.j]\nharmonics = [[3, 0, 2e-5]]\n" +
-                         test::run_for(1),
-                     "lobed");
+  return parse_scene(
+      test::body("shaft", 1, 1) + test::surface("s", 0.5) +
+          test::pin("pin", "ground", "shaft", {0.1, 0.2}, {0.01, 0},
+                    test::loose(c, R) + "bearing_profile = \"b\"\n" + journal) +
+          "[profiles.b]\nharmonics = [[2, 1e-4, 0]]\n[profiles.j]\nharmonics = [[3, 0, 2e-5]]\n" +
+          test::run_for(1),
+      "lobed");
 }
 /// The shaft at the angle θ with its centre at d from the bearing's.
 std::vector<double> pose(const Vec2& d, double theta) {
