@@ -4,7 +4,7 @@ reset
 if (PASS == 1) set terminal pdfcairo size 16cm,12cm font "DejaVu Sans,7" fontscale 0.75 linewidth 1; set output "film_orders.pdf"
 if (PASS == 2) set terminal pngcairo size 1600,1200 font "DejaVu Sans,7" fontscale 2.64583 linewidth 2; set output "film_orders.png"
 DATA = "film_orders.dat"
-ORIGIN = "freeplay 0.1.0 (5eacb589c3), verification"
+ORIGIN = "freeplay 0.1.0 (fcce175b1f), verification"
 CAPTION = ""
 set encoding utf8
 WIDTH = 16; HEIGHT = 12  # cm
@@ -28,7 +28,7 @@ set style line 4 lc rgb 0x888888 lw 1.0 dt 1
 set border lw 0.8
 set tics nomirror scale 0.6
 set grid lt 1 lc rgb 0xd4d4d4 lw 0.7
-set key top right samplen 3 spacing 1.1
+set key outside top center horizontal samplen 3 spacing 1.1
 set pointsize 1
 set bmargin at screen Y(1.15)
 set logscale xy
