@@ -4,7 +4,6 @@
 #include "study/calibration/row_fit.hpp"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <numeric>
@@ -219,28 +218,6 @@ TEST_CASE("twelve measured impacts agree with the closed form of Newton's law", 
     CHECK((newton.difference.row(at).transpose() - (expected - measured)).norm() < 1e-5);
     CHECK(newton.residual[i] == Approx((expected - measured).norm()).margin(1e-5));
   }
-}
-
-TEST_CASE("verbs fit and predict measured rows", "[rows]") {
-  const TwelveRows desk;
-  desk.put("study.toml", desk.text);
-  const auto fitted = desk.run("calibrate");
-  CAPTURE(fitted.out, fitted.err);
-  REQUIRE(fitted.status == 0);
-  CHECK_THAT(fitted.out, Contains("newton [nonsmooth]: Newton, Coulomb friction"));
-  CHECK_THAT(fitted.out, !Contains("predicted"));
-  const auto calibration = nlohmann::json::parse(test::file_text(desk.at("out/calibration.json")));
-  CHECK(calibration["models"][0]["fits"][0]["rows"] == 12);
-  CHECK_FALSE(calibration["models"][0].contains("predicted"));
-  const auto predicted = desk.run("validate");
-  CAPTURE(predicted.out, predicted.err);
-  REQUIRE(predicted.status == 0);
-  CHECK_THAT(predicted.out, Contains("without part 0 (6 rows fitted)"));
-  CHECK_THAT(predicted.out, Contains("models, "));
-  const auto document = nlohmann::json::parse(test::file_text(desk.at("out/rows.json")));
-  CHECK(document["models"][0]["predicted"][0]["count"] == 12);
-  // A line for each row of each model, after the header.
-  CHECK(test::read_csv(desk.at("out/rows.csv")).size() == 1 + 12 * document["models"].size());
 }
 
 TEST_CASE("errors of measured rows have their place", "[rows]") {
