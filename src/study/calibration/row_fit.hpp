@@ -75,7 +75,7 @@ struct RowPrediction {
 
 /// Fits each variant of a study with [rows] in each of its formulations: to all rows, or with `hold_out` in
 /// parts. Throws SceneError if a scene cannot be run, or a run fails at the end of a fit.
-std::vector<RowPrediction> predict_rows(const Study& study, const RowTable& table, bool hold_out,
+std::vector<RowPrediction> predict_rows(const Study& given, const RowTable& table, bool hold_out,
                                         const Conduct& conduct, int threads,
                                         const std::function<void(const std::string&, double)>& on_progress);
 
