@@ -82,13 +82,9 @@ int calibrate_quantities(const Study& study, const std::filesystem::path& folder
   write_json(folder / "calibration.json", to_json(study, f), origin);
   fmt::print("{} runs with derivatives, {} iterations\n", f.runs, f.iterations);
   fmt::print("\nUnknowns (95 % interval)\n");
-  for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
-    const auto& e = f.unknowns[k];
-    fmt::print("  {:<16} {:.8g}{}{}{}\n", c.unknowns[k].name, e.value,
-               std::isfinite(e.low) ? fmt::format(" ({:.8g}..{:.8g})", e.low, e.high) : "",
-               c.unknowns[k].unit.empty() ? "" : " " + c.unknowns[k].unit,
+  for (std::size_t k = 0; k < c.unknowns.size(); ++k)
+    fmt::print("  {:<16} {}{}\n", c.unknowns[k].name, value_text(c.unknowns[k], f.unknowns[k], 8),
                f.at_bound(k) ? ", AT ITS BOUND" : "");
-  }
   for (const bool used : {true, false}) {
     if (std::ranges::none_of(f.targets, [&](const auto& t) { return t.used == used; })) continue;
     fmt::print("\n{}\n  {:<16} {:>14} {:>14} {:>10} {:>10}\n",

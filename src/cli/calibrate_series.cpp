@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/ending.hpp"
@@ -12,6 +11,7 @@
 #include "io/files/output_file.hpp"
 #include "io/files/result_set.hpp"
 #include "io/files/run_json.hpp"
+#include "study/calibration/calibration_documents.hpp"
 #include "study/calibration/series_documents.hpp"
 #include "study/calibration/series_fit.hpp"
 #include "study/settings/study.hpp"
@@ -55,13 +55,9 @@ int calibrate_series(const Study& study, const std::filesystem::path& folder, co
   write_json(folder / "calibration.json", to_json(study, f), origin);
   write_file(folder / "series.csv", series_table(study, f).csv());
   fmt::print("{} runs, {} iterations\n\nUnknowns (95 % interval)\n", f.runs, f.iterations);
-  for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
-    const auto& e = f.unknowns[k];
-    fmt::print("  {:<16} {:.6g}{}{}{}\n", c.unknowns[k].name, e.value,
-               std::isfinite(e.low) ? fmt::format(" ({:.6g}..{:.6g})", e.low, e.high) : "",
-               c.unknowns[k].unit.empty() ? "" : " " + c.unknowns[k].unit,
+  for (std::size_t k = 0; k < c.unknowns.size(); ++k)
+    fmt::print("  {:<16} {}{}\n", c.unknowns[k].name, value_text(c.unknowns[k], f.unknowns[k], 6),
                f.at_bound(k) ? ", AT ITS BOUND" : "");
-  }
   for (const bool fitted : {true, false}) print_misfits(c, f, fitted);
   fmt::print(
       "rms, mean: of model less measured; of: rms of the measured value about its mean;\n"

@@ -15,6 +15,36 @@
 #include "study/verdicts/verdicts.hpp"
 
 namespace freeplay {
+
+nlohmann::json rows_of(const Eigen::MatrixXd& m) {
+  auto rows = nlohmann::json::array();
+  for (const auto row : m.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
+
+nlohmann::json json_of(const std::vector<Unknown>& unknowns, const std::vector<Estimate>& estimates) {
+  nlohmann::json j;
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const auto& e = estimates[k];
+    const auto& u = unknowns[k];
+    j[u.name] = {{"key", u.key},
+                 {"value", e.value},
+                 {"low", e.low},
+                 {"high", e.high},
+                 {"unit", u.unit},
+                 {"open_low", e.open_low},
+                 {"open_high", e.open_high}};
+  }
+  return j;
+}
+
+std::string value_text(const Unknown& unknown, const Estimate& estimate, int digits) {
+  auto text = fmt::format("{:.{}g}", estimate.value, digits);
+  if (std::isfinite(estimate.low))
+    text += fmt::format(" ({:.{}g}..{:.{}g})", estimate.low, digits, estimate.high, digits);
+  return unknown.unit.empty() ? text : text + " " + unknown.unit;
+}
+
 namespace {
 
 /// Unit of a target's statistic or measure; empty: none is stated.
@@ -26,13 +56,6 @@ std::string unit_of_target(const Study& study, std::size_t target) {
     if (name == TurnMetrics::names()[m]) return std::string(unit_of(static_cast<TurnMetrics::Name>(m)));
   const auto it = std::ranges::find(study.units, name, &std::pair<std::string, std::string>::first);
   return it == study.units.end() ? "" : it->second;
-}
-
-/// A list for each row.
-nlohmann::json rows_of(const Eigen::MatrixXd& m) {
-  auto rows = nlohmann::json::array();
-  for (const auto row : m.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
-  return rows;
 }
 
 nlohmann::json json_of(const Estimate& e) { return {{"value", e.value}, {"low", e.low}, {"high", e.high}}; }
@@ -210,13 +233,7 @@ nlohmann::json to_json(const Study& study, const QuantityFit& f) {
         {"standard_deviation", t.model_deviation},
         {"residual", (t.value - c.targets[i].value) / t.deviation}};
   }
-  for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
-    const auto& e = f.unknowns[k];
-    fit["unknowns"][c.unknowns[k].name] = {
-        {"key", c.unknowns[k].key}, {"value", e.value},           {"low", e.low},
-        {"high", e.high},           {"unit", c.unknowns[k].unit}, {"open_low", e.open_low},
-        {"open_high", e.open_high}};
-  }
+  fit["unknowns"] = json_of(c.unknowns, f.unknowns);
   fit["correlation"] = rows_of(f.correlation);
   fit["chi_squared"] = f.squares;
   fit["degrees_of_freedom"] = f.degrees;

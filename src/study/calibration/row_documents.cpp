@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "measure/turns.hpp"
+#include "study/calibration/calibration_documents.hpp"
 
 namespace freeplay {
 namespace {
@@ -48,9 +49,7 @@ std::string constants_text(const std::vector<RowPrediction>& predictions) {
                          fit.settled ? "" : ": NOT AT A MINIMUM");
       for (std::size_t j = 0; j < p.unknowns.size(); ++j) {
         const auto& e = fit.unknowns[j];
-        const auto& unit = p.unknowns[j].unit;
-        out += fmt::format("    {:<24} {:.4g} ({:.4g}..{:.4g}){}{}{}\n", p.unknowns[j].name, e.value, e.low,
-                           e.high, unit.empty() ? "" : " " + unit,
+        out += fmt::format("    {:<24} {}{}{}\n", p.unknowns[j].name, value_text(p.unknowns[j], e, 4),
                            e.open()      ? ", open: not determined"
                            : e.open_low  ? ", open below"
                            : e.open_high ? ", open above"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "study/calibration/calibration_documents.hpp"
 #include "study/calibration/series_fit.hpp"
 #include "study/settings/study.hpp"
 
@@ -32,9 +33,7 @@ std::string conclusion(const Study& study, const SeriesFit& f) {
       bare.push_back(u.name);
     else if (e.open_low || e.open_high)
       open.push_back(u.name);
-    values.push_back(fmt::format("{} = {:.4g}{}{}{}", u.name, e.value,
-                                 std::isfinite(e.low) ? fmt::format(" ({:.4g}..{:.4g})", e.low, e.high) : "",
-                                 u.unit.empty() ? "" : " ", u.unit));
+    values.push_back(fmt::format("{} = {}", u.name, value_text(u, e, 4)));
   }
   if (!stopped.empty())
     return fmt::format("Failed: runs at the optimum stopped: {}.", fmt::join(stopped, ", "));
@@ -62,13 +61,7 @@ nlohmann::json to_json(const Study& study, const SeriesFit& f) {
                             {"against", t.against},
                             {"against_unit", t.unit}};
   nlohmann::json fit;
-  for (std::size_t k = 0; k < c.unknowns.size(); ++k) {
-    const auto& e = f.unknowns[k];
-    fit["unknowns"][c.unknowns[k].name] = {
-        {"key", c.unknowns[k].key}, {"value", e.value},           {"low", e.low},
-        {"high", e.high},           {"unit", c.unknowns[k].unit}, {"open_low", e.open_low},
-        {"open_high", e.open_high}};
-  }
+  fit["unknowns"] = json_of(c.unknowns, f.unknowns);
   for (const auto& s : f.series) {
     auto& one = fit[s.fitted ? "fitted" : "predicted"][c.targets[s.target].name][s.formulation];
     if (!s.reason.empty()) {
@@ -88,9 +81,7 @@ nlohmann::json to_json(const Study& study, const SeriesFit& f) {
       one["flanks"] = {
           {"compared", m.flanks}, {"unpaired", m.unpaired}, {"rms", m.flank_rms}, {"mean", m.flank_mean}};
   }
-  auto rows = nlohmann::json::array();
-  for (const auto row : f.correlation.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
-  fit["correlation"] = rows;
+  fit["correlation"] = rows_of(f.correlation);
   fit["independent_samples"] = f.independent;
   fit["converged"] = f.converged;
   fit["holds"] = f.holds();
