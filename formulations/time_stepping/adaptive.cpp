@@ -301,7 +301,7 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     if (land_on_onset(a, *onset)) return Outcome::again;
     contact(onset->contact).soft = soft;
     impacting_ = true;
-  } else if (land_on_separation(a, floor) || land_on_kink(a, floor)) {
+  } else if (land_on_change(a, floor) || land_on_kink(a, floor)) {
     return Outcome::again;
   }
   if (error > 1) {
@@ -338,9 +338,9 @@ bool AdaptiveMoreau::land_on_kink(Attempt& a, double floor) {
   return true;
 }
 
-/// Whether the step is repeated to end where a contact separates.
-bool AdaptiveMoreau::land_on_separation(Attempt& a, double floor) {
-  const double share = pair_.separation();
+/// Whether the step is repeated to end where a contact separates or friction begins to slip.
+bool AdaptiveMoreau::land_on_change(Attempt& a, double floor) {
+  const double share = pair_.first_change();
   if (a.landings >= 8 || !(share * a.h > floor) || !(share < 1 - 1e-3)) return false;
   refuse(a, share * a.h);
   ++a.landings;

@@ -113,7 +113,7 @@ class AdaptiveMoreau {
   void refuse(Attempt& a, double shorter);
   bool land_on_onset(Attempt& a, const OnsetSearch::Onset& onset);
   bool land_on_kink(Attempt& a, double floor);
-  bool land_on_separation(Attempt& a, double floor);
+  bool land_on_change(Attempt& a, double floor);
   bool smooth_step(double t_end, double rounding);
   bool impact_step(double t_end);
   void close_after_impact();

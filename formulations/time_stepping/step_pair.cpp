@@ -156,7 +156,7 @@ MissedChanges missed_changes(const StepView& whole, const StepView& first, const
     if (!std::isfinite(pull.zeros[0])) continue;
     found.rate = std::max(
         {found.rate, pull.part(early.pressed ? 1 : -1, -0.5, 0), pull.part(late.pressed ? 1 : -1, 0, 0.5)});
-    found.separation = std::min(found.separation, pull.rise());
+    found.first = std::min(found.first, pull.rise());
   }
   for (std::size_t k = 0; k < whole.holds.size(); ++k) {
     if (!whole.holds[k].held || !first.holds[k].held || !second.holds[k].held) continue;
@@ -165,7 +165,7 @@ MissedChanges missed_changes(const StepView& whole, const StepView& first, const
                             second.holds[k].beyond[side]);
       if (!std::isfinite(beyond.zeros[0])) continue;
       found.rate = std::max(found.rate, beyond.part(1, -0.5, 0.5));
-      found.separation = std::min(found.separation, beyond.rise());
+      found.first = std::min(found.first, beyond.rise());
     }
   }
   return found;
@@ -223,7 +223,8 @@ void StepPair::extrapolate(MoreauStepper& moreau) {
 }
 
 /// Both the full step and its halves miss the speed of sliding that reversed within a step, which they
-/// take as reversed throughout, and the rate of a contact that separates or closes within a step.
+/// take as reversed throughout, the rate of a contact that separates or closes within a step, and that of
+/// friction that slips in a part of it.
 double StepPair::error(const MoreauStepper& moreau) const {
   return std::max({difference(moreau) / (alike() ? 3 : 1), path_error(moreau),
                    unseen(std::max(slip_reversal_, missed_.rate))});

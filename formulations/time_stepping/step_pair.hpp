@@ -59,7 +59,7 @@ struct MissedChanges {
   /// m/s, the greatest rate that the halves miss: a contact is pressed, or released, in a part of a half that
   /// takes it as released, or as pressed, throughout; or friction that all three hold has to slip in a part
   double rate = 0;
-  double separation = INFINITY;  ///< the first one, or the first slip, as a share of the step
+  double first = INFINITY;  ///< the first separation or slip, as a share of the step
 };
 MissedChanges missed_changes(const StepView& whole, const StepView& first, const StepView& second);
 
@@ -80,7 +80,7 @@ class StepPair {
   void extrapolate(MoreauStepper& moreau);
   /// The first separation of a contact or slip of friction, as a share of the step; infinite if there is none,
   /// or if the step misses less than a thousandth of the accepted error with it.
-  double separation() const { return unseen(missed_.rate) > 1e-3 ? missed_.separation : INFINITY; }
+  double first_change() const { return unseen(missed_.rate) > 1e-3 ? missed_.first : INFINITY; }
 
   /// @name Forces of the pair
   ///@{

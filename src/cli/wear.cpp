@@ -27,6 +27,7 @@ int wear(const WearRequest& request) {
   if (!study.wear)
     throw SceneError(fmt::format("{}: has no table [wear]; see docs/how-to/wear.md", request.study));
   const auto folder = result_folder(request.output, default_folder(study.file, "-wear"));
+  require_wear(study, request.conduct());
   const auto origin = provenance(study);  // before the runs, since it reads the scene as the study names it
   ResultSet set(folder, "wear");
   EnsembleStore store(folder / "wear.db", Database::Access::write, request.stop);

@@ -23,14 +23,14 @@ struct ProfilePair::Search {
   Place best;
 
   /// Bound of |G‴| from a to b.
-  double third(double a, double b) const {
+  double greatest_third(double a, double b) const {
     const double of_bearing = pair.arc.on_journal ? angle : 0, of_journal = pair.arc.on_journal ? 0 : -angle;
     return pair.bearing().third(a + of_bearing, b + of_bearing) +
            pair.journal().third(a + of_journal, b + of_journal) + far;
   }
 
   void within(double a, double b) {
-    const double m = 0.5 * (a + b), w = 0.5 * (b - a), third = this->third(a, b);
+    const double m = 0.5 * (a + b), w = 0.5 * (b - a), third = greatest_third(a, b);
     const Place x = pair.look(d, angle, m);
     if (x.gap < best.gap) best = x;
     if (std::abs(x.slope) > (std::abs(x.bend) + 0.5 * third * w) * w) return;  // monotone

@@ -23,8 +23,9 @@
 //
 // The least G is found as in cam_pairs.hpp: an interval is divided until bounds of G and G′ exclude it, or κ
 // > 0 holds in it and Newton's method ends in its only minimum. The bound of |G‴| is that of p_b‴ and p_j‴
-// in the interval plus |d|. Only directions with c + least p − |d| cos(φ − ψ) < G(ψ) are searched, ψ: direction of d. No
-// state is kept.
+// in the interval plus |d|. Only directions with c + least p − |d| cos(φ − ψ) < G(ψ) are searched, ψ: direction of
+// d. Around a whole arc none is where Newton's method ends in a minimum less than w₀ (below), which is the
+// least. No state is kept.
 //
 // Bounds. Let w₀ be the least difference of the radii of curvature on the arc (ContactArc::least). While g <
 // w₀/2, κ = w − G > w₀/2, and the place moves continuously. Farther away it may jump, and only the bound of ġ

@@ -103,8 +103,9 @@ class JournalSearch {
 
   /// Finds the position under `load`; `softness`: 1/K + s.
   void solve(const Vec2& load, double softness) {
-    Vec2 x = first(load, softness);
+    Vec2 x = out_.warm ? out_.centre : first(load, softness);
     if (descend(x, load, softness, 30, exact)) return;
+    if (out_.warm && (x = first(load, softness), descend(x, load, softness, 30, exact))) return;
     // From a soft foundation, whose contact is wide, in steps to the given one.
     const double force = load.norm();
     double soft = std::max(softness, f_.length * f_.bearing_radius * f_.clearance / force);

@@ -81,6 +81,8 @@ struct Pressure {
   std::vector<double> p;
   double total = 0;     ///< N, ∫ p dA = L R_b (2π/n) Σ p
   double greatest = 0;  ///< Pa, greatest p
+  /// Whether solve() begins at `centre`, which is that of a similar load.
+  bool warm = false;
   /// work space of solve()
   std::vector<double> halves;
   std::vector<Vec2> points, nodes;

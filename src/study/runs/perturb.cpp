@@ -85,6 +85,18 @@ void offset(Mechanism& ideal, const Mechanism& given, std::mt19937_64& engine, d
         given.joints[i]);
 }
 
+/// Whether a joint's point differs.
+bool displaced(const Mechanism& moved, const Mechanism& given) {
+  for (std::size_t i = 0; i < moved.joints.size(); ++i)
+    if (std::visit(
+            [&](const auto& joint) {
+              return joint.at[0] != std::get<std::decay_t<decltype(joint)>>(given.joints[i]).at[0];
+            },
+            moved.joints[i]))
+      return true;
+  return false;
+}
+
 }  // namespace
 
 bool differ(const Scene& scene, const Perturbation& how) {
@@ -95,14 +107,7 @@ bool differ(const Scene& scene, const Perturbation& how) {
   std::mt19937_64 engine;
   Mechanism moved = scene.mechanism;
   offset(moved, scene.mechanism, engine, how.play);
-  for (std::size_t i = 0; i < moved.joints.size(); ++i)
-    if (std::visit(
-            [&](const auto& joint) {
-              return joint.at[0] != std::get<std::decay_t<decltype(joint)>>(scene.mechanism.joints[i]).at[0];
-            },
-            moved.joints[i]))
-      return true;
-  return false;
+  return displaced(moved, scene.mechanism);
 }
 
 void require_differing_starts(const Scene& scene, const Perturbation& how, const std::string& use) {
@@ -138,6 +143,7 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
   ideal.run.discard = 0;
   const double turned = how.turn * uniform(engine);
   offset(ideal.mechanism, scene.mechanism, engine, how.play);
+  const bool shifted = displaced(ideal.mechanism, idealised(scene.mechanism));
   for (std::size_t b = 0; !near.empty() && b < ideal.mechanism.bodies.size(); ++b) {
     ideal.mechanism.bodies[b].position = planar::position(near.data(), b);
     ideal.mechanism.bodies[b].angle = planar::angle(near.data(), b);
@@ -152,10 +158,9 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
   try {
     state = located_in(scene, [&] { return assemble(ideal.mechanism, from, nullptr, stop); });
   } catch (const SceneError& e) {
-    if (!(how.play > 0)) throw;
+    if (!shifted) throw;
     throw SceneError(fmt::format(
-        "{}; a random start displaces joints with clearance by up to play = {:g} of it, which guides and other "
-        "joints may not permit: play = 0 leaves them in place",
+        "{}; the random start displaced joints by up to play = {:g} of their clearance: try play = 0",
         e.what(), how.play));
   }
   double time = 0;
@@ -176,6 +181,9 @@ Scene perturbed(const Scene& scene, const std::vector<double>& near, const StopT
                                    scene.file.string(), ending.reason));
     state = simulation.state();
   }
+  // Joints with clearance do not bind the given velocities, as their ideal ones do.
+  if (scene.run.start == RunOptions::Start::given && time == 0)
+    state.v = located_in(scene, [&] { return assemble(scene.mechanism, scene.run.start, nullptr, stop); }).v;
   Scene moved = scene;
   start_from(moved.mechanism, state);
   // A rotating four-bar may alternate between its open and crossed configurations, so conditions on

@@ -82,8 +82,8 @@ struct WearCycle {
   std::vector<WornJoint> joints;
 };
 
-/// Why the cycles ended.
-enum class WearEnd { turns, depth, clearance, no_load };
+/// Why the cycles ended; failed: runs with the worn surfaces, or their wear, cannot be computed.
+enum class WearEnd { turns, depth, clearance, no_load, failed };
 
 /// Makes the runs with these surfaces and returns the loads of each joint. `set`: counts the sets of runs from 0.
 using LoadsOf = std::function<std::vector<TurnLoads>(const std::vector<WornBearing>& surfaces, int set)>;

@@ -19,7 +19,9 @@ double error_of(const WornJoint& j) { return error_of(j.in_bearing) + error_of(j
 std::string micrometres(double x) { return fmt::format("{:.4g}", 1e6 * x); }
 
 /// A number of turns: 1234, 1.23e+06.
-std::string in_turns(double n) { return n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.3g}", n); }
+std::string in_turns(double n) {
+  return n >= 100 && n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.3g}", n);
+}
 
 const char* limit_of(WearEnd end) {
   switch (end) {
@@ -31,6 +33,8 @@ const char* limit_of(WearEnd end) {
       return "clearance";
     case WearEnd::no_load:
       return "no load";
+    case WearEnd::failed:
+      return "failure";
   }
   return "";
 }
@@ -53,12 +57,6 @@ std::string life_in_words(const WearHistory& h, std::size_t j, double clearance)
                                            : fmt::format("{} to {}", in_turns(life.low), in_turns(life.high));
   return fmt::format("is reached after {} turns{} ({}; 95 % interval {})", in_turns(life.turns),
                      life.extrapolated ? ", extrapolated with the last rate" : "", h.formulation, range);
-}
-
-bool is_complete(const WearStudy& all) {
-  for (const auto& h : all.histories)
-    if (h.cycles.empty()) return false;
-  return !all.histories.empty();
 }
 
 }  // namespace
@@ -181,7 +179,6 @@ nlohmann::json to_json(const WearPlan& plan, const WearStudy& all) {
 }
 
 std::string conclusion(const WearPlan& plan, const WearStudy& all) {
-  if (!is_complete(all)) return "No cycle of wear was completed.";
   std::string text;
   for (std::size_t j = 0; j < all.lengths.size(); ++j) {
     const auto& first = all.histories.front().cycles.back();
@@ -208,8 +205,8 @@ std::string conclusion(const WearPlan& plan, const WearStudy& all) {
   }
   for (const auto& h : all.histories)
     if (h.end == WearEnd::no_load)
-      text +=
-          fmt::format("No joint that wears is loaded while it slides ({}): nothing wears.\n", h.formulation);
+      text += fmt::format("No joint that wears is loaded while it slides ({}): nothing wears{}.\n",
+                          h.formulation, h.cycles.size() > 1 ? " any more" : "");
   return text;
 }
 

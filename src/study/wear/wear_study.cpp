@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <optional>
 
 #include "io/files/digest.hpp"
@@ -70,6 +71,21 @@ std::string form_of(const std::vector<WornBearing>& surfaces) {
   return digest(text);
 }
 
+Case case_of(const Study& study, const std::string& formulation) {
+  return {.variant = "wear",
+          .formulation = formulation,
+          .values = {},
+          .start = 0,
+          .revolutions = study.length.revolutions,
+          .scene = study.scene,
+          .overrides = study.wear->overrides};
+}
+
+/// Most runs with worn surfaces fail.
+struct RunsFailed : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// The wear of one formulation.
 class WearingFormulation {
  public:
@@ -81,13 +97,7 @@ class WearingFormulation {
         threads_(threads),
         formulation_(formulation),
         all_(all) {
-    case_ = {.variant = "wear",
-             .formulation = formulation,
-             .values = {},
-             .start = 0,
-             .revolutions = study.length.revolutions,
-             .scene = study.scene,
-             .overrides = study.wear->overrides};
+    case_ = case_of(study, formulation);
     identity_ = identity(study, case_, conduct);
     const auto scene = scene_of(study, case_, conduct);
     joints_ = wearing_joints(scene, static_cast<std::size_t>(study.wear->points));
@@ -108,20 +118,24 @@ class WearingFormulation {
     const WearLimits limits{plan.turns.value_or(WearLimits::none), plan.depth.value_or(WearLimits::none),
                             plan.clearance.value_or(WearLimits::none), plan.share,
                             plan.longest.value_or(WearLimits::none)};
-    for (const auto& joint : joints_)
-      if (const double c = joint.measured_clearance(); limits.clearance <= c)
-        throw error_at(
-            study_, {"wear", "clearance"},
-            fmt::format("must be greater than the clearance {} of joint {} at the beginning, is {}", c,
-                        joint.joint().name, limits.clearance));
     WearHistory history{formulation_, {}, WearEnd::turns, 0};
-    history.end = wear_cycles(
-        joints_, limits, all_.simulated,
-        [&](const std::vector<WornBearing>& surfaces, int set) { return loads(surfaces, set, history); },
-        [&](const WearCycle& cycle) {
-          history.cycles.push_back(cycle);
-          if (on_progress) on_progress({formulation_, cycle.turns, way(cycle, limits)});
-        });
+    const auto ended_by = [&](const std::exception& e) {
+      all_.failures.push_back(e.what());
+      history.end = WearEnd::failed;
+    };
+    try {
+      history.end = wear_cycles(
+          joints_, limits, all_.simulated,
+          [&](const std::vector<WornBearing>& surfaces, int set) { return loads(surfaces, set, history); },
+          [&](const WearCycle& cycle) {
+            history.cycles.push_back(cycle);
+            if (on_progress) on_progress({formulation_, cycle.turns, way(cycle, limits)});
+          });
+    } catch (const RunsFailed& e) {
+      ended_by(e);
+    } catch (const NoEquilibrium& e) {
+      ended_by(e);
+    }
     return history;
   }
 
@@ -216,11 +230,12 @@ class WearingFormulation {
       std::vector<BearingLoads> starts;
       for (const auto& outcome : outcomes)
         if (!outcome.empty()) starts.push_back(outcome[j]);
-      if (2 * starts.size() < starts_ || starts.empty())
-        throw SceneError(
-            fmt::format("{}: {} of {} runs with the surfaces of set {} ({}) fail: {}", study_.file.string(),
-                        starts_ - starts.size(), starts_, set, formulation_,
-                        *std::ranges::find_if(failures, [](const auto& f) { return !f.empty(); })));
+      if (2 * starts.size() < starts_ || starts.empty()) {
+        const auto& reason = *std::ranges::find_if(failures, [](const auto& f) { return !f.empty(); });
+        if (set == 0) throw SceneError(fmt::format("{}: {}", study_.file.string(), reason));
+        throw RunsFailed(fmt::format("{}: {} of {} runs with worn surfaces (set {}) fail: {}", formulation_,
+                                     starts_ - starts.size(), starts_, set, reason));
+      }
       all.push_back(united(starts, all_.simulated));
     }
     for (std::size_t k = 0; k < failures.size(); ++k)
@@ -296,12 +311,12 @@ std::vector<double> packed(const std::vector<BearingLoads>& loads) {
 std::vector<BearingLoads> unpacked(const std::vector<double>& row, const std::vector<std::string>& joints) {
   std::size_t at = 0;
   const auto damaged = [] { return SceneError("wear.db: the loads of a run are damaged; remove the file"); };
-  // A number from 0 on, within the plausible range of forces and works.
+  // Within [low, high].
   const auto next = [&](double low, double high) {
     if (at >= row.size() || !(row[at] >= low && row[at] <= high)) throw damaged();
     return row[at++];
   };
-  constexpr double greatest = 1e45, whole_turn = 6.2831853071795865;
+  constexpr double greatest = 1e45, whole_turn = 2 * std::numbers::pi;
   const auto count = [&] { return static_cast<std::size_t>(next(0, static_cast<double>(row.size()))); };
   std::vector<BearingLoads> list;
   for (const auto& name : joints) {
@@ -323,6 +338,26 @@ std::vector<BearingLoads> unpacked(const std::vector<double>& row, const std::ve
   return list;
 }
 
+void require_wear(const Study& study, const Conduct& conduct) {
+  const auto& plan = *study.wear;
+  for (const auto& formulation : study.formulations) {
+    const auto one = case_of(study, formulation);
+    const auto scene = scene_of(study, one, conduct);
+    const auto joints = wearing_joints(scene, static_cast<std::size_t>(plan.points));
+    counted_time(study, scene);
+    using Limit = std::pair<const char*, std::optional<double>>;
+    for (const auto& joint : joints)
+      for (const auto& [key, limit] :
+           {Limit("clearance", plan.clearance), Limit("life_clearance", plan.life_clearance)})
+        if (const double c = joint.measured_clearance(); limit && *limit <= c)
+          throw error_at(
+              study, {"wear", key},
+              fmt::format("must be greater than the clearance {} of joint {} at the beginning, is {}", c,
+                          joint.joint().name, *limit));
+    require_runnable(study, one, conduct);
+  }
+}
+
 WearStudy wear_study(const Study& study, const Conduct& conduct, EnsembleStore& store, int threads,
                      const std::function<void(const WearProgress&)>& on_progress) {
   const auto began = std::chrono::steady_clock::now();
@@ -333,8 +368,6 @@ WearStudy wear_study(const Study& study, const Conduct& conduct, EnsembleStore& 
           WearingFormulation(study, conduct, store, threads, formulation, all).run(on_progress));
   } catch (const Interrupted&) {
     all.interrupted = true;
-  } catch (const NoEquilibrium& e) {
-    throw SceneError(fmt::format("{}: {}", study.file.string(), e.what()));
   }
   all.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return all;

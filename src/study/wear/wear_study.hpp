@@ -7,7 +7,7 @@
 // computed again, with the same digits: an interrupted study ends with the results of an undisturbed one.
 #pragma once
 
-#include <map>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,7 +46,12 @@ struct WearProgress {
   double turns = 0, share = 0;  ///< share: of the way to the nearest limit
 };
 
-/// Computes the wear; runs that the store has are not repeated. Throws SceneError.
+/// Throws SceneError if the wear of a study cannot be computed: nothing wears, a limit is reached at the beginning, or
+/// its scene cannot be run.
+void require_wear(const Study& study, const Conduct& conduct);
+
+/// Computes the wear; runs that the store has are not repeated. A history ends where most runs fail, for the reason in
+/// `failures`. Throws SceneError if this is so with unworn surfaces.
 WearStudy wear_study(const Study& study, const Conduct& conduct, EnsembleStore& store, int threads,
                      const std::function<void(const WearProgress&)>& on_progress);
 

@@ -127,9 +127,12 @@ void WornBearing::growth(const BearingLoad& load, double sliding) {
   }
 }
 
-void WornBearing::apply(const BearingLoad& load, double sliding, double& softening) {
+void WornBearing::apply(const BearingLoad& load, double sliding, LastStep& last) {
   const auto& f = joint_.foundation;
   const double area = load.force * sliding / f.length;
+  pressure_.warm = last.softening > 0;
+  if (pressure_.warm) pressure_.centre = last.centre;
+  auto& softening = last.softening;
   const auto press = [&] {
     solve(f, bearing_, journal_, load.on_bearing - load.on_journal, load.force, load.on_bearing,
           softening * sliding, pressure_);
@@ -146,8 +149,10 @@ void WornBearing::apply(const BearingLoad& load, double sliding, double& softeni
   if (softening == 0) {  // the first step of this class
     softening = joint_.bearing + joint_.journal;
     press();
+    pressure_.warm = true;
   }
   const auto [of_bearing, of_journal] = press();
+  last.centre = pressure_.centre;
   if (joint_.bearing > 0)
     for (std::size_t k = 0; k < bearing_.size(); ++k) bearing_[k] += of_bearing * deeper_bearing_[k];
   if (joint_.journal > 0)
@@ -163,7 +168,7 @@ void WornBearing::pass(std::span<const BearingLoad> loads, double share, int num
     if (!(load.work > 0 && load.force > 0)) continue;
     load.on_bearing += load.width_on_bearing * within(golden);
     load.on_journal += load.width_on_journal * within(silver);
-    apply(load, share * load.work / load.force, softenings_[k]);
+    apply(load, share * load.work / load.force, last_[k]);
   }
 }
 
@@ -173,7 +178,7 @@ void WornBearing::wear(std::span<const BearingLoad> loads, double share, double 
   const auto bearing = bearing_, journal = journal_;
   const auto run = [&](int passes) {
     bearing_ = bearing, journal_ = journal;
-    softenings_.assign(loads.size(), 0.0);
+    last_.assign(loads.size(), {});
     for (int i = 0; i < passes; ++i) pass(loads, share / passes, i);
   };
   const auto apart = [](const std::vector<double>& a, const std::vector<double>& b) {
@@ -191,8 +196,9 @@ void WornBearing::wear(std::span<const BearingLoad> loads, double share, double 
     return apart(now, coarse) <= tolerance * apart(now, before) &&
            std::abs(greatest(now, before) - greatest(coarse, before)) <= tolerance * greatest(now, before);
   };
-  for (int passes = std::max(2, passes_ / 2);; passes *= 2) {
-    if (passes == std::max(2, passes_ / 2)) run(passes / 2);
+  int passes = std::max(2, passes_ / 2);
+  run(passes / 2);
+  for (;; passes *= 2) {
     const auto coarse_bearing = bearing_, coarse_journal = journal_;
     run(passes);
     if (2 * passes > most_passes ||

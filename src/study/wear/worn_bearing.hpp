@@ -75,15 +75,20 @@ class WornBearing {
  private:
   /// `number`: of the pass, from 0.
   void pass(std::span<const BearingLoad> loads, double share, int number);
-  void apply(const BearingLoad& load, double sliding, double& softening);
+  /// The state of a class of loads after its last step.
+  struct LastStep {
+    double softening = 0;  // m²/N, f_b k_b + f_j k_j; 0: there was none
+    Vec2 centre{};         // m
+  };
+  void apply(const BearingLoad& load, double sliding, LastStep& last);
   /// m, by how much p would deepen each surface, without f
   void growth(const BearingLoad& load, double sliding);
 
   WearingJoint joint_;
   std::vector<double> bearing_, journal_;
-  std::size_t first_ = 0;           // class with which a pass begins
-  int passes_ = 4;                  // that sufficed for the last loads
-  std::vector<double> softenings_;  // m²/N, f_b k_b + f_j k_j of each class; 0: not known yet
+  std::size_t first_ = 0;                                // class with which a pass begins
+  int passes_ = 4;                                       // of the last loads
+  std::vector<LastStep> last_;                           // of each class
   std::vector<double> deeper_bearing_, deeper_journal_;  // m, of the present class
   Pressure pressure_;
 };
