@@ -23,10 +23,12 @@ ContactIslands::ContactIslands(const SaddlePoint& saddle, int columns, LcpSolver
       groups_(saddle, columns),
       small_(solver, tolerance) {}
 
-bool ContactIslands::same(const SparseIsland& island, std::span<const int> id,
+bool ContactIslands::same(const SparseIsland& island, const ContactProblem& whole, std::span<const int> id,
                           const std::vector<int>& members) const {
   return island.ids.size() == members.size() &&
-         std::ranges::equal(island.ids, members, {}, {}, [&](int member) { return id[member]; });
+         std::ranges::equal(island.ids, members, {}, {}, [&](int member) { return id[member]; }) &&
+         std::ranges::equal(island.unknowns, members, {}, &ContactUnknown::friction,
+                            [&](int member) { return whole.unknowns[member].friction; });
 }
 
 bool ContactIslands::hold(ContactProblem& whole, std::span<const int> slot,
@@ -66,7 +68,7 @@ ContactSolution ContactIslands::solve(ContactProblem& whole, std::span<const int
     for (const int m : members)
       if (id[m] >= static_cast<int>(island_of_id_.size())) island_of_id_.resize(id[m] + 1, -1);
     const int old = island_of_id_[id[members.front()]];
-    const bool kept = old >= 0 && old < before && same(before_[old], id, members);
+    const bool kept = old >= 0 && old < before && same(before_[old], whole, id, members);
     if (kept) {
       std::swap(x, before_[old]);
       x.members = members;

@@ -36,8 +36,8 @@ class ContactIslands {
   /// Discards all islands; called if rows and responses are new.
   void clear() { now_ = 0; }
   /// Solves `whole`, whose D is not read. Its row r is rows[slot[r]] with the response of the same
-  /// number, and its unknown i is `id[i]`. An island with the same ids as in the last call since
-  /// clear() keeps its impulses.
+  /// number, and its unknown i is `id[i]`. An island with the same ids and coefficients of friction
+  /// as in the last call since clear() keeps its impulses.
   ContactSolution solve(ContactProblem& whole, std::span<const int> slot, std::span<const int> id,
                         const std::vector<SparseRow>& rows, const Responses& responses);
 
@@ -57,7 +57,8 @@ class ContactIslands {
   int count() const { return now_; }
 
  private:
-  bool same(const SparseIsland& island, std::span<const int> id, const std::vector<int>& members) const;
+  bool same(const SparseIsland& island, const ContactProblem& whole, std::span<const int> id,
+            const std::vector<int>& members) const;
   void solve_small(SparseIsland& x, ContactProblem& whole);
   void solve_long(SparseIsland& x, ContactProblem& whole, const std::vector<SparseRow>& rows);
 

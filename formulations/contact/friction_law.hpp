@@ -12,6 +12,7 @@
 #include "formulations/contact/law.hpp"
 #include "generated/friction_laws.hpp"
 #include "mechanism/options.hpp"
+#include "mechanism/surface.hpp"
 
 namespace freeplay {
 
@@ -142,6 +143,19 @@ inline FrictionForce make_friction(const PenaltyOptions& o, double mu) {
   return {{mu, mu * o.friction_static, o.friction_v0, o.friction_v1, o.friction_decay, o.friction_viscous,
            o.bristle_stiffness, o.bristle_damping},
           o.friction};
+}
+
+/// The same for a surface with friction. Its static value and Stribeck's speed take the place of those of the
+/// options; the law must have them (FrictionLawFacts::stribeck).
+inline FrictionForce make_friction(const PenaltyOptions& o, const Surface& surface) {
+  auto friction = make_friction(o, *surface.friction);
+  if (!surface.friction_by_speed()) return friction;
+  friction.mu_static = surface.friction_at_rest();
+  visit_law(o.friction, [&](auto l) {
+    constexpr auto speed = decltype(l)::stribeck;
+    if constexpr (speed != nullptr) friction.*speed = *surface.peak.stribeck_speed;
+  });
+  return friction;
 }
 
 /// Friction of a preloaded joint: linear up to the regularising velocity, then constant at the

@@ -202,7 +202,8 @@ constexpr auto all_friction_laws = table<FrictionLaw, FrictionLawFacts>([](auto 
                           .bristle = L::bristle,
                           .compliant = L::compliant,
                           .positive_v0 = L::positive_v0,
-                          .v1_above_v0 = L::v1_above_v0};
+                          .v1_above_v0 = L::v1_above_v0,
+                          .stribeck = L::stribeck != nullptr};
 });
 
 /// Law names are unique.

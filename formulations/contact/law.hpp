@@ -195,6 +195,8 @@ struct AnyFrictionLaw {
   /// A tangential spring with slip takes the place of c(v) (friction_law.hpp).
   static constexpr bool compliant = false;
   static constexpr bool positive_v0 = true, v1_above_v0 = false;
+  /// The parameter that is Stribeck's speed, with exponent 2; null: the law has none.
+  static constexpr double FrictionParameters::*stribeck = nullptr;
   static std::array<double, 0> kinks(const FrictionParameters&) { return {}; }
 };
 

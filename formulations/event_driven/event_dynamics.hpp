@@ -145,6 +145,7 @@ class EventDynamics : public ModeEquations {
   void differentiate(const Vector& x, double t, std::span<const Vector> directions,
                      std::span<const double> times, std::span<Vector> out);
   struct ActingContact;
+  double faster(const ActingContact& p, const Vector& x, double slide) const;
   void respond(const Vector& x, int s, double* column);
 
   NonsmoothOptions options_;

@@ -8,8 +8,9 @@
 //     G da = dγ − dG a,   W_r da = dγ_r − dW_r a,
 //
 // with the same matrix as the mode. The right-hand sides are those of the traced equations
-// (dynamics/system_tangent.hpp), and of the laws of films. jacobian() takes the unit vectors as directions,
-// directional() any vectors, such as the columns of the variational equations (variation.hpp).
+// (dynamics/system_tangent.hpp), of the laws of films, and of coefficients μ(|u|), whose change is part of
+// dE_r. jacobian() takes the unit vectors as directions, directional() any vectors, such as the columns of
+// the variational equations (variation.hpp).
 
 #include <algorithm>
 #include <array>
@@ -123,6 +124,9 @@ void EventDynamics::begin_tangent(const Vector& x, double t) {
     p.closed = c.unknown >= 0;
     SystemTangent::ContactForce force{c.lambda_n, c.slip == 0 ? c.lambda_t : 0.0,
                                       static_cast<double>(c.slip)};
+    // The traced friction in slip has the coefficient μ, and the rest of μ(|u|) is a given force.
+    if (const auto& surface = system.contact_facts(k).surface; c.slip != 0 && surface.friction_by_speed())
+      force.tangential = c.lambda_t + c.slip * *surface.friction * c.lambda_n;
     if (law) {
       system.contact(k, q, v, e, p.row);
       p.film = film_slopes(*law, v, p.row);
@@ -158,6 +162,14 @@ void EventDynamics::differentiate(const Vector& x, double t, std::span<const Vec
   }
 }
 
+/// Change of a sliding contact's friction (N) with μ(|u|) for a change of its sliding speed (m/s).
+double EventDynamics::faster(const ActingContact& p, const Vector& x, double slide) const {
+  const auto& surface = system.contact_facts(p.contact).surface;
+  if (!surface.friction_by_speed()) return 0;
+  const auto& c = contacts[p.contact];
+  return -c.slip * c.lambda_n * surface.friction_slope(c.row.tangent.dot(x.data() + system.n())) * slide;
+}
+
 /// Solves for the derivatives of accelerations and multipliers along entry s of the block, and fills a
 /// column of dx/dt but for its rates.
 void EventDynamics::respond(const Vector& x, int s, double* column) {
@@ -180,6 +192,8 @@ void EventDynamics::respond(const Vector& x, int s, double* column) {
     if (!p.closed) continue;
     const auto& c = contacts[p.contact];
     w.rows[c.unknown] = by.side[0][s];
+    if (const double change = faster(p, x, by.slide[s]); change != 0)
+      c.row.tangent.add_to(w.force.data(), change);
     if (c.tangent_unknown >= 0) w.rows[c.tangent_unknown] = by.side[1][s];
   }
   for (int k = 0; k < system.frictions(); ++k) {
@@ -203,8 +217,8 @@ void EventDynamics::respond(const Vector& x, int s, double* column) {
     if (c.tangent_unknown >= 0)
       impulse[1] = rows.x[c.tangent_unknown];
     else if (c.slip != 0)
-      impulse[1] = w.contacts[i].friction[s] -
-                   c.slip * *system.contact_facts(w.acting[i].contact).surface.friction * impulse[0];
+      impulse[1] = w.contacts[i].friction[s] + faster(w.acting[i], x, w.contacts[i].slide[s]) -
+                   c.slip * friction_of(w.acting[i].contact, x.data() + n) * impulse[0];
     if (c.row.tangent.size > 0)
       integral[friction_loss] -=
           impulse[1] * c.row.tangent.dot(x.data() + n) + c.lambda_t * w.contacts[i].slide[s];

@@ -158,9 +158,9 @@ void EventSearch::watch(const EventDynamics& d, const Vector& x, Vector& values)
     if (!c.closed) continue;
     put(ModeEvent::Kind::force, k, c.lambda_n);
     if (c.row.tangent.size == 0) continue;
-    const double bound = *d.system.contact_facts(k).surface.friction * c.lambda_n;
     if (c.slip == 0)
-      put(ModeEvent::Kind::stick, k, bound - std::abs(c.lambda_t));
+      put(ModeEvent::Kind::stick, k,
+          d.system.contact_facts(k).surface.friction_at_rest() * c.lambda_n - std::abs(c.lambda_t));
     else
       put(ModeEvent::Kind::slip, k, c.slip * c.row.tangent.dot(v));
   }
@@ -226,7 +226,7 @@ double EventSearch::tolerance_of(const EventDynamics& d, const ModeEvent& event)
     case ModeEvent::Kind::stick:
       // without friction, µ = 0, the limit is always reached
       return std::max({of_force * std::abs(d.contacts[k].lambda_t), of_force * 1e-3 * d.contacts[k].lambda_n,
-                       *d.system.contact_facts(event.index).surface.friction *
+                       d.system.contact_facts(event.index).surface.friction_at_rest() *
                            d.force_tolerance(d.contacts[k].mobility)});
     default:
       return d.force_tolerance(d.contacts[k].mobility);

@@ -66,7 +66,7 @@ void ImpactEquations::pose(ModeEquations& d, const Vector& x, const Impact& impa
     if (c.row.tangent.size > 0) {
       const auto& surface = d.system.contact_facts(k).surface;
       i.tangent = add(c.row.tangent);
-      i.friction = *surface.friction;
+      i.friction = surface.friction_at(d.rows.b[i.tangent]);  // of the sliding before the impact
       i.tangential_restitution = inelastic ? 0 : surface.tangential_restitution;
       i.stiffness_ratio = ratio_[static_cast<std::size_t>(k)];
     }

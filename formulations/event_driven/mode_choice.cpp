@@ -45,7 +45,7 @@ bool ModeTrials::contact_holds(ModeEquations& d, const Vector& x, std::size_t i,
   if (c.row.tangent.size == 0 || slips_[i] != 0) return true;
   const double along = c.row.tangent.dot(d.a.data()) - c.row.gamma_t;
   if (does != 0) return does * along >= -rounding * scale_;
-  const double most = *d.system.contact_facts(k).surface.friction * c.lambda_n;
+  const double most = d.system.contact_facts(k).surface.friction_at_rest() * c.lambda_n;
   return std::abs(along) <= rounding * scale_ && std::abs(c.lambda_t) <= (1 + rounding) * most;
 }
 
@@ -221,9 +221,10 @@ void ModeChoice::pose(ModeEquations& d, const Vector& x, const std::vector<int>&
     int slip = 0;
     double mu = 0;
     if (c.row.tangent.size > 0) {
-      mu = *d.system.contact_facts(k).surface.friction;
+      const auto& surface = d.system.contact_facts(k).surface;
       const double rate = c.row.tangent.dot(v);
       slip = std::abs(rate) > d.slide_tolerance() ? (rate > 0 ? 1 : -1) : 0;
+      mu = slip != 0 ? surface.friction_at(rate) : surface.friction_at_rest();
     }
     u.normal = add(c.row.normal, c.row.gamma_n, slip != 0 ? &c.row.tangent : nullptr, -slip * mu);
     if (c.row.tangent.size > 0 && slip == 0) {

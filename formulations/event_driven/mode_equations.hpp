@@ -212,6 +212,14 @@ class ModeEquations {
   }
   /// Σ w²/m of a row: its mobility without constraints.
   double unconstrained_mobility(const SparseRow& row) const;
+  /// μ of contact k in its mode: at rest if it sticks, else at its sliding speed at the rates v (its row is
+  /// that of v).
+  double friction_of(int k, const double* v) const {
+    const auto& surface = system.contact_facts(k).surface;
+    const auto& c = contacts[static_cast<std::size_t>(k)];
+    if (!surface.friction_by_speed()) return *surface.friction;
+    return c.slip != 0 ? surface.friction_at(c.row.tangent.dot(v)) : surface.friction_at_rest();
+  }
   /// The k-th of the friction bounds that depend on reactions.
   const ReactionBound& bound_of(int k) const { return *system.friction_facts(coupled.friction(k)).reaction; }
 

@@ -32,8 +32,8 @@ bool ModeMotion::solve(ModeEquations& d, const Vector& x, double t) {
     c.lambda_n = rows.x[c.unknown];
     c.mobility = rows.K(c.unknown, c.unknown);
     if (c.row.tangent.size == 0) continue;
-    const double mu = *system.contact_facts(k).surface.friction;
-    c.lambda_t = c.slip != 0 ? -c.slip * mu * c.lambda_n : rows.x[c.tangent_unknown];
+    c.lambda_t = c.slip != 0 ? -c.slip * d.friction_of(k, x.data() + system.n()) * c.lambda_n
+                             : rows.x[c.tangent_unknown];
   }
   for (auto& p : d.preloaded)
     if (p.unknown >= 0) p.lambda = rows.x[p.unknown];
@@ -63,6 +63,8 @@ bool ModeMotion::solve_compiled(ModeEquations& d, const Vector& x, double t, Com
   }
   const bool slides = closed >= 0 && d.contacts[closed].slip != 0;
   if (slides && orientation_ < 0) return false;
+  // Compiled functions take the coefficient before they have the sliding speed.
+  if (slides && system.contact_facts(closed).surface.friction_by_speed()) return false;
   const double *q = x.data(), *v = q + system.n();
   const MotionKernel::At at{t, q, v, q + d.state_offset()};
   d.forget_place();
@@ -118,7 +120,7 @@ void ModeMotion::hold_rows(ModeEquations& d, const Vector& x) {
     if (!c.closed) continue;
     system.contact(k, q, v, d.e, c.row);
     const bool rough = c.row.tangent.size > 0;
-    const double mu = rough ? *system.contact_facts(k).surface.friction : 0;
+    const double mu = rough ? d.friction_of(k, v) : 0;
     c.unknown = want(c.row.normal, c.row.gamma_n, c.slip != 0 ? &c.row.tangent : nullptr, -c.slip * mu);
     if (rough && c.slip == 0) c.tangent_unknown = want(c.row.tangent, c.row.gamma_t, nullptr, 0);
   }
@@ -166,7 +168,7 @@ void ModeMotion::share_friction(ModeEquations& d) {
   for (int k = 0; k < d.system.contacts(); ++k) {
     const auto& c = d.contacts[k];
     if (c.tangent_unknown < 0) continue;
-    const double bound = *d.system.contact_facts(k).surface.friction * d.rows.x[c.unknown];
+    const double bound = d.system.contact_facts(k).surface.friction_at_rest() * d.rows.x[c.unknown];
     share[c.tangent_unknown] = std::max(bound, 0.0);
   }
   for (const auto& p : d.preloaded)
@@ -200,7 +202,7 @@ void ModeMotion::admit(ModeEquations& d, bool of_choice, double zero) {
     constants_[n] = zero;
     conditions_(n++, c.unknown) = 1;
     if (c.tangent_unknown < 0) continue;
-    const double mu = *d.system.contact_facts(k).surface.friction;
+    const double mu = d.system.contact_facts(k).surface.friction_at_rest();
     for (const int side : {1, -1}) {
       constants_[n] = mu * zero;
       conditions_(n, c.unknown) = mu;

@@ -57,7 +57,7 @@ double event_value(const EventDynamics& nominal, EventDynamics& f, const ModeEve
       return f.contacts[k].lambda_n;
     case Kind::stick:
       rhs(f, x, t);
-      return *f.system.contact_facts(k).surface.friction * f.contacts[k].lambda_n -
+      return f.system.contact_facts(k).surface.friction_at_rest() * f.contacts[k].lambda_n -
              std::abs(f.contacts[k].lambda_t);
     case Kind::slide_stick:
       rhs(f, x, t);

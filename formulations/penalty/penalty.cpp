@@ -33,6 +33,26 @@ ShearSpring make_shear_spring(const ContactFacts& contact, const ContactForce& l
           elastic.force(64 * resolution)};
 }
 
+/// Throws if the friction law of the options cannot have the static value of a surface.
+void require_static_value(FrictionLaw friction, const Surface& surface) {
+  if (!surface.friction_by_speed()) return;
+  const auto& law = facts_of(friction);
+  const auto path = fmt::format("surfaces.{}.", surface.name);
+  if (!law.stribeck) {
+    std::string names;
+    for (const auto& other : friction_laws())
+      if (other.stribeck) names += fmt::format("{}\"{}\"", names.empty() ? "" : " or ", other.text);
+    throw ModelError(
+        path + "static_friction",
+        fmt::format("needs penalty.friction = {}; \"{}\" has no Stribeck speed", names, law.text));
+  }
+  if (const double n = surface.peak.stribeck_exponent.value_or(2); n != 2)
+    throw ModelError(path + "stribeck_exponent",
+                     fmt::format("must be 2 with penalty.friction = \"{}\", is {}; other exponents need the "
+                                 "nonsmooth formulation",
+                                 law.text, n));
+}
+
 std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& system, const State& state) {
   std::vector<PenaltyContact> contacts;
   for (int k = 0; k < system.contacts(); ++k) {
@@ -40,8 +60,9 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
     PenaltyContact c;
     c.law = make_contact_force(scene, facts);
     const auto& friction = facts.surface.friction;
+    require_static_value(scene.penalty.friction, facts.surface);
     if (friction && !facts_of(scene.penalty.friction).compliant)
-      c.friction = make_friction(scene.penalty, *friction);
+      c.friction = make_friction(scene.penalty, facts.surface);
     else if (friction && *friction > 0)
       c.shear = make_shear_spring(facts, c.law, gap_rounding(system, k, state.q.data()));
     c.film = make_film(facts);

@@ -44,7 +44,9 @@ bool has_whole_steps(const System& system) {
 
 bool has_ordinary_steps(const System& system) {
   for (int k = 0; k < system.contacts(); ++k)
-    if (system.contact_facts(k).surface.restitution_by_speed()) return false;
+    if (const auto& surface = system.contact_facts(k).surface;
+        surface.restitution_by_speed() || surface.friction_by_speed())
+      return false;
   return has_whole_steps(system) && !iterates(system) && !system.has_loads() && system.frictions() <= 1;
 }
 

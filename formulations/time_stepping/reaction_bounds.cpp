@@ -134,7 +134,6 @@ ContactSolution ReactionBounds::settle(const Eigen::VectorXd& first, StepData& s
 ContactSolution ReactionBounds::solve(StepData& s, StepProblem& p, ImpulseResponses& responses) {
   auto& problem = p.problem;
   image_.resize(coupled_.size());
-  find_driven(s, p);
   for (int i = 0; i < coupled_.size(); ++i) {
     const int k = coupled_.friction(i);
     const auto& u = p.friction(k);

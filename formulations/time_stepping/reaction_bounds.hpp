@@ -27,7 +27,9 @@ class ReactionBounds {
   /// Number of joints with such friction.
   int size() const { return coupled_.size(); }
   bool reads_reactions() const { return coupled_.reads_reactions(); }
-  /// Solves the present problem of `problem` with bounds that agree with its impulses.
+  /// Finds the rows that no force can move, and separates them in a new D.
+  void find_driven(StepData& step, StepProblem& problem);
+  /// After find_driven(): solves the present problem of `problem` with bounds that agree with its impulses.
   ContactSolution solve(StepData& step, StepProblem& problem, ImpulseResponses& responses);
   /// Whether no force can move the row of the k-th friction element, because the joint's motion is
   /// prescribed.
@@ -38,7 +40,6 @@ class ReactionBounds {
  private:
   ContactSolution settle(const Eigen::VectorXd& first, StepData& step, StepProblem& problem,
                          const ImpulseResponses& responses);
-  void find_driven(StepData& step, StepProblem& problem);
   void hold_driven(StepProblem& problem) const;
   void follow(StepData& step, const StepProblem& problem, const ImpulseResponses& responses);
   void look_at_end(StepData& step, const StepProblem& problem, const ImpulseResponses& responses);

@@ -35,7 +35,8 @@ void list_modes(const ContactSet& contacts, const StepProblem& problem, std::vec
 
 double slip_reversal_error(const StepData& step, const ContactSet& contacts, const StepProblem& problem) {
   double rate = 0;
-  const auto take = [&](const SparseRow& row, const ContactUnknown& u, double bound) {
+  // The bound of the step, and that of the end of sliding.
+  const auto take = [&](const SparseRow& row, const ContactUnknown& u, double bound, double at_rest) {
     const double before = row.dot(step.v_old.data());
     if (bound <= 0 || before == 0) return;
     if (std::abs(u.impulse_t) >= bound * (1 - slip_residual)) {
@@ -48,14 +49,15 @@ double slip_reversal_error(const StepData& step, const ContactSet& contacts, con
     // Sliding was stopped. The impulse that then holds the contact, which is the total less the
     // impulse that stopped it, may exceed the friction limit.
     const double d = problem.D(u.tangent, u.tangent), held = std::abs(u.impulse_t + before / d);
-    if (held > bound) rate = std::max(rate, (held - bound) * d);
+    if (held > at_rest) rate = std::max(rate, (held - at_rest) * d);
   };
-  for (const auto& c : contacts.all())
-    if (const auto* u = problem.unknown_of(c); u && c.row.tangent.size > 0)
-      take(c.row.tangent, *u, u->friction * u->impulse_n);
+  for (int k = 0; k < static_cast<int>(contacts.all().size()); ++k)
+    if (const auto* u = problem.unknown_of(contacts[k]); u && contacts[k].row.tangent.size > 0)
+      take(contacts[k].row.tangent, *u, u->friction * u->impulse_n,
+           contacts.facts(k).surface.friction_at_rest() * u->impulse_n);
   for (std::size_t k = 0; k < problem.slides.size(); ++k) {
     const auto& u = problem.friction(static_cast<int>(k));
-    take(problem.slides[k], u, u.bound);
+    take(problem.slides[k], u, u.bound, u.bound);
     // The bound is that of the direction at the end, which may be zero: a freewheel.
     const double before = problem.slides[k].dot(step.v_old.data());
     if (before * problem.rate(u.tangent) < 0) rate = std::max(rate, std::abs(before));
@@ -86,14 +88,19 @@ void list_holds(const StepData& step, const ContactSet& contacts, const StepProb
     const double d = problem.D(u.tangent, u.tangent);
     hold.beyond = {d * (u.impulse_t - bound[0]), d * (-u.impulse_t - bound[1])};
   };
-  for (const auto& c : contacts.all()) {
-    const auto* u = problem.unknown_of(c);
+  // A contact that slides is within its bound at rest.
+  const auto below_own = [&](const ContactUnknown& u, double bound) {
+    list.back().held = list.back().held && std::abs(u.impulse_t) < bound * (1 - slip_residual);
+  };
+  for (int k = 0; k < static_cast<int>(contacts.all().size()); ++k) {
+    const auto* u = problem.unknown_of(contacts[k]);
     if (!u || u->tangent < 0) {
       list.emplace_back();
       continue;
     }
-    const double bound = u->friction * u->impulse_n;
+    const double bound = contacts.facts(k).surface.friction_at_rest() * u->impulse_n;
     take(*u, {bound, bound});
+    below_own(*u, u->friction * u->impulse_n);
   }
   for (std::size_t k = 0; k < problem.slides.size(); ++k) {
     const int i = static_cast<int>(k);
@@ -106,7 +113,7 @@ void list_holds(const StepData& step, const ContactSet& contacts, const StepProb
         bound[side] = by->coefficient(0.0) * by->support(reactions, side == 0 ? 1 : -1, step.length());
     }
     take(u, bound);
-    list.back().held = list.back().held && std::abs(u.impulse_t) < u.bound * (1 - slip_residual);
+    below_own(u, u.bound);
     if (problem.driven(i)) list.back().held = false;
   }
 }

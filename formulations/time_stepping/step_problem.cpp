@@ -134,12 +134,13 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
   const double h = s.length();
   const bool all = s.reach == StepReach::all;
   problem.clear();
+  sliding_.clear();
   place_.clear();
   id_.clear();
   if (islands_ && problem.b.size() < static_cast<Eigen::Index>(responses.rows().size()))
     problem.reserve_rates(static_cast<int>(responses.rows().size()));
-  problem.least =
-      contacts.find_impacts(s) ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
+  const bool impact = contacts.find_impacts(s);
+  problem.least = impact ? ContactProblem::Least::where_singular : ContactProblem::Least::never;
   // The impulses of an impact are no initial guess for the step after it: in a wedge they may be
   // another solution, a lockup. A heap of bodies without joints always has an impact somewhere;
   // there, each contact decides for itself.
@@ -161,11 +162,14 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
     if (c.row.tangent.size > 0) {
       const auto& surface = contacts.facts(k).surface;
       u.tangent = add_row(c.row.tangent, s, -c.bias_t, place + 1, responses);
-      u.friction = *surface.friction;
+      const double slide = c.row.tangent.dot(s.v_old.data());
+      u.friction = surface.friction_at(slide);
+      if (surface.friction_by_speed() && !(heap ? c.in_impact : impact))
+        sliding_.add({static_cast<int>(problem.unknowns.size()), &surface, slide + c.bias_t});
       u.impulse_t = guess ? c.last_t : 0;
       // Reversal of sliding is for impacts only; it would drive back a lasting contact.
       if (c.u_n_minus < 0 && c.steps == 0 && all && !c.soft)
-        u.target_t = -surface.tangential_restitution * (c.row.tangent.dot(s.v_old.data()) + c.bias_t);
+        u.target_t = -surface.tangential_restitution * (slide + c.bias_t);
     }
     c.unknown = static_cast<int>(problem.unknowns.size());
     problem.unknowns.push_back(u);
@@ -189,11 +193,18 @@ void StepProblem::collect(StepData& s, ContactSet& contacts, ImpulseResponses& r
 /// Solves the present problem and adds its impulses to v and, without islands, to lambda.
 bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseResponses& responses,
                                  FilmStep& films) {
-  if (!islands_)
+  if (!islands_) {
     assemble(problem, s, responses, films, late_multipliers_ ? Multipliers::kept : Multipliers::all);
-  const auto result = islands_             ? solve_islands(s, responses)
-                      : bounds_.size() > 0 ? bounds_.solve(s, *this, responses)
-                                           : solve_laws(s);
+    if (bounds_.size() > 0) bounds_.find_driven(s, *this);
+  }
+  const auto solve = [&] { return solve_present(s, responses); };
+  const auto result =
+      sliding_.any() ? sliding_.solve(problem.unknowns, solve, [&](int row) { return rate(row); }) : solve();
+  if (result.solved && sliding_.any() && !sliding_.met())
+    return s.fail(fmt::format(
+        "t = {:.9g} s: coefficients of friction that depend on the sliding speed differ from those of the "
+        "motion by {:.2g}, relative, after all iterations; use a smaller step",
+        s.t_old, sliding_.residual()));
   if (!result.solved) {
     if (s.failure.empty())
       s.failure = fmt::format(
@@ -211,6 +222,12 @@ bool StepProblem::solve_contacts(StepData& s, ContactSet& contacts, ImpulseRespo
     for (const auto& [row, impulse] : {std::pair{c.normal, c.impulse_n}, std::pair{c.tangent, c.impulse_t}})
       if (row >= 0 && impulse != 0) responses.push(place(row), impulse, s.v.data());
   return true;
+}
+
+/// Solves the present problem with its coefficients of friction.
+ContactSolution StepProblem::solve_present(StepData& s, ImpulseResponses& responses) {
+  if (islands_) return solve_islands(s, responses);
+  return bounds_.size() > 0 ? bounds_.solve(s, *this, responses) : solve_laws(s);
 }
 
 /// Solves the present problem in islands; react_to_all() computes the reactions.

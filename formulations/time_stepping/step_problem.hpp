@@ -4,6 +4,7 @@
 //
 //     0 ≤ u_N⁺ + e u_N⁻ ⊥ P_N ≥ 0,   −P_T ∈ μ P_N Sgn(u_T⁺)
 //
+// μ may depend on the sliding speed (sliding_friction.hpp).
 // Contacts are added as long as the motion with the impulses so far would close further gaps. With
 // few contacts the problem is dense. With many contacts it is solved in islands, and reactions are
 // computed once from all impulses.
@@ -20,6 +21,7 @@
 #include "formulations/time_stepping/contact_set.hpp"
 #include "formulations/time_stepping/film_step.hpp"
 #include "formulations/time_stepping/reaction_bounds.hpp"
+#include "formulations/time_stepping/sliding_friction.hpp"
 
 namespace freeplay {
 
@@ -72,6 +74,7 @@ class StepProblem {
               ImpulseResponses& responses);
   void collect(StepData& step, ContactSet& contacts, ImpulseResponses& responses, bool first);
   bool solve_contacts(StepData& step, ContactSet& contacts, ImpulseResponses& responses, FilmStep& films);
+  ContactSolution solve_present(StepData& step, ImpulseResponses& responses);
   ContactSolution solve_islands(StepData& step, ImpulseResponses& responses);
   void react_to_all(StepData& step, const ImpulseResponses& responses) const;
   bool strip_restitution();
@@ -80,6 +83,7 @@ class StepProblem {
   std::unique_ptr<ContactIslands> islands_;  // with many contacts
   std::vector<int> place_, id_;              // with islands: of each row and of each unknown
   ReactionBounds bounds_;
+  SlidingFriction sliding_;
   std::vector<double> v_free_, lambda_free_;
   bool late_multipliers_;
 };

@@ -65,6 +65,13 @@ VariedColumns<Dynamics>::VariedColumns(std::unique_ptr<Dynamics> probe, std::vec
     refuse(
         "joint friction depends on the joint's reaction or on the speed; derivatives of such friction are not "
         "available");
+  if constexpr (requires { probe_->friction_of(0, nullptr); })
+    for (int k = 0; k < probe_->system.contacts(); ++k)
+      if (const auto& facts = probe_->system.contact_facts(k); facts.surface.friction_by_speed())
+        refuse(fmt::format(
+            "friction of {} depends on the sliding speed (surfaces.{}.static_friction); derivatives of such "
+            "friction are not available in the nonsmooth formulation",
+            facts.name, facts.surface.name));
   for (auto& f : f_) f.resize(size_);
   for (auto& list : slopes_) list.assign(keys_.size(), Vector(size_));
   last_slopes_ = slopes_[0];

@@ -290,6 +290,10 @@ int check(const CheckRequest& request) {
     if (const auto e = facts.surface.slow_restitution())
       fmt::print("    restitution: input {:.4g}{}\n", *e,
                  facts.surface.restitution_by_speed() ? " at low approach speeds" : "");
+    if (facts.surface.friction_by_speed())
+      fmt::print("    friction: {:.4g} at rest, {:.4g} far beyond the sliding speed of {:.4g} m/s\n",
+                 facts.surface.friction_at_rest(), *facts.surface.friction,
+                 *facts.surface.peak.stribeck_speed);
     film_range(facts);
   }
   if (system.reported() > 0) fmt::print("  which contact law: docs/how-to/contact-law.md\n");

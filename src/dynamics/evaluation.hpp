@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "mechanism/body.hpp"
+#include "mechanism/static_friction.hpp"
 #include "mechanism/surface.hpp"
 #include "numerics/sparse.hpp"
 
@@ -50,10 +51,9 @@ std::vector<std::string> contact_names(const Mechanism& mechanism);
 // property decides whether the friction is unique (formulations/contact/coupled_friction.hpp). In
 // time steps λ are impulses, and the bound is one of an impulse; a fixed bound is multiplied by the
 // duration, and gives no impulse to an impact.
-// Source of μ(s) with exponent 2: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30
-// (1994) 1083.
+// μ(s) is that of mechanism/static_friction.hpp; for a fixed bound its members are forces.
 
-struct ReactionBound {
+struct ReactionBound : StribeckCurve {
   enum class Of { fixed, pin, guide, mesh };
   using Reactions = std::array<double, 2>;
 
@@ -62,10 +62,6 @@ struct ReactionBound {
   int element = -1;  ///< index of the joint in Mechanism::joints
   /// 1/m, 2/L of a translational joint with a slider length; 0: the couple is neglected
   double couple = 0;
-  double friction = 0;  ///< μ of sliding; N for a fixed bound
-  double more = 0;      ///< μ_s − μ, ≥ 0
-  double stribeck = 1;  ///< m/s, v_S
-  double exponent = 2;  ///< n ≥ 1
   /// Of::fixed: S for forces in the positive and in the negative direction. Of::mesh: c where λ_1 has
   /// the direction of the force, and where it has the opposite one.
   std::array<double, 2> ways{1, 1};
@@ -124,15 +120,6 @@ struct ReactionBound {
     }
     if (couple * std::abs(l[1]) > std::abs(l[0])) return {0, std::copysign(couple, l[1])};
     return {std::copysign(1.0, l[0]), 0};
-  }
-  /// μ(|u|)
-  template <class T>
-  T coefficient(const T& u) const {
-    if (more == 0) return T(friction);
-    using std::abs, std::exp, std::pow;
-    const T x = u / stribeck;
-    if (exponent == 2) return friction + more * exp(-x * x);
-    return friction + more * exp(-pow(abs(x), exponent));
   }
 
  private:

@@ -71,7 +71,7 @@ class SystemTangent {
   /// Forces at a contact.
   struct ContactForce {
     double normal = 0;
-    double tangential = 0;  ///< N, in a mode of a sticking contact, else 0
+    double tangential = 0;  ///< N, in a mode: friction besides that of slip with the surface's μ
     double slip = 0;
     double film_normal = 0, film = 0, torque = 0;  ///< N, N m, of a film along its rows
   };

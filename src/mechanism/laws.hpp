@@ -62,6 +62,7 @@ struct FrictionLawFacts {
   bool compliant;         ///< is a tangential spring with slip; reads κ of the surface
   bool positive_v0;       ///< requires friction_v0 > 0, else ≥ 0
   bool v1_above_v0;       ///< requires friction_v1 > friction_v0
+  bool stribeck;          ///< has Stribeck's speed with exponent 2: takes the static value of surfaces
 
   /// Whether the law reads a key of [penalty].
   constexpr bool reads(std::string_view key) const {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mechanism/keys.hpp"
+#include "mechanism/static_friction.hpp"
 
 namespace freeplay {
 
@@ -23,6 +24,9 @@ namespace freeplay {
 ///
 /// The first is the decay of fully plastic impacts, by K. L. Johnson, Contact Mechanics (1985), section
 /// 11.5, from the speed v_y at which the material yields.
+///
+/// The coefficient of friction is a constant, or falls from a static value with the sliding speed
+/// (mechanism/static_friction.hpp).
 struct Surface {
   static constexpr std::string_view what = "a surface";
   /// by which the scene refers to it
@@ -30,7 +34,7 @@ struct Surface {
   std::optional<double> young = {};        ///< Pa, > 0
   std::optional<double> poisson = {};      ///< in [0, 0.5]
   std::optional<double> restitution = {};  ///< coefficient of restitution, in [0, 1]
-  std::optional<double> friction = {};     ///< Coulomb's μ, ≥ 0; empty: frictionless
+  std::optional<double> friction = {};     ///< Coulomb's μ of sliding, ≥ 0; empty: frictionless
   double tangential_restitution = 0;       ///< e_T in [0, 1], read by impact laws
   /// κ > 0, tangential over normal stiffness of a contact; read by the laws "mindlin" and
   /// "compliant"
@@ -41,6 +45,7 @@ struct Surface {
   /// Elastic layer of a bearing: Pa, > 0; in [0, 0.5); m, > 0. Read by the contact law "elastic-foundation"
   /// and by wear. All three or none.
   std::optional<double> layer_modulus = {}, layer_poisson = {}, layer_thickness = {};
+  StaticFriction peak = {};  ///< of `friction`
 
   static void keys(auto& k, auto& s) {
     k.take({"young", "Pa", "Young's modulus, > 0; the penalty formulation needs it"}, s.young, positive);
@@ -65,6 +70,8 @@ struct Surface {
               "needs restitution, the coefficient below this speed");
     }
     k.take({"friction", "", "Coulomb's coefficient, ≥ 0; if absent: frictionless"}, s.friction, non_negative);
+    StaticFriction::keys(k, s.peak, s.friction.value_or(0));
+    k.check(s.friction || !s.peak.static_friction, "static_friction", "goes with friction, which is missing");
     k.take(
         {"tangential_restitution", "", "e_T of impact laws, 0 to 1: Coulomb's law acts on v_T⁺ + e_T v_T⁻"},
         s.tangential_restitution, zero_to_one);
@@ -92,6 +99,20 @@ struct Surface {
             "layer_modulus, layer_poisson and layer_thickness go together; one of them is missing");
   }
 
+  /// Whether μ depends on the sliding speed.
+  bool friction_by_speed() const {
+    return friction && peak.static_friction && *peak.static_friction > *friction;
+  }
+  /// μ at a sliding speed (m/s); the surface has friction.
+  double friction_at(double slide) const {
+    return friction_by_speed() ? peak.curve(*friction).coefficient(slide) : *friction;
+  }
+  /// The greatest friction of a sticking contact over its normal force; the surface has friction.
+  double friction_at_rest() const { return friction_by_speed() ? *peak.static_friction : *friction; }
+  /// dμ/du (s/m) at a sliding speed.
+  double friction_slope(double slide) const {
+    return friction_by_speed() ? peak.curve(*friction).coefficient_slope(slide) : 0;
+  }
   /// Whether e depends on the approach speed.
   bool restitution_by_speed() const { return yield_speed || !restitution_table.empty(); }
   /// e at vanishing approach speed; empty: the surface has no restitution.

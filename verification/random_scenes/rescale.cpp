@@ -113,7 +113,7 @@ Scene rescaled(Scene scene, const Units& u) {
                contact);
   for (auto& s : m.surfaces) {
     maybe(s.young, force / (L * L)), maybe(s.layer_modulus, force / (L * L));
-    maybe(s.layer_thickness, L);
+    maybe(s.layer_thickness, L), maybe(s.peak.stribeck_speed, L / T);
   }
   for (auto& l : m.lubricants) l.viscosity *= force * T / (L * L), maybe(l.hand_over, L);
   for (auto& p : m.profiles) {
@@ -203,7 +203,7 @@ Scene rescaled(Scene scene, const Units& u) {
                      }
                      if (!l.reaction) return;
                      l.reaction->pin_radius *= L;
-                     maybe(l.reaction->slider_length, L), maybe(l.reaction->stribeck_speed, L / T);
+                     maybe(l.reaction->slider_length, L), maybe(l.reaction->peak.stribeck_speed, L / T);
                    },
                    [&](Freewheel& l) { l.torque_limit *= torque, maybe(l.regularisation, 1 / T); },
                    [&](BumpStop& l) {

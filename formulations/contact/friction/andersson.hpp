@@ -19,6 +19,7 @@ struct Law<FrictionLaw::andersson> : AnyFrictionLaw {
                                     source = "Andersson, Söderberg, Björklund, Tribol. Int. 40 (2007) 580",
                                     range = "smooth; no stiction",
                                     keys = "friction_v0, friction_v1, friction_static, friction_viscous";
+  static constexpr double FrictionParameters::*stribeck = &FrictionParameters::v1;
   template <class T>
   static T coefficient(const FrictionParameters& p, const T& v, int) {
     using std::exp, std::tanh;

@@ -23,6 +23,7 @@ struct Law<FrictionLaw::lugre> : AnyFrictionLaw {
       range = "stiction by bristles; stiff",
       keys = "friction_v0, friction_static, friction_viscous, bristle_stiffness, bristle_damping";
   static constexpr bool bristle = true, kink_at_rest = true;
+  static constexpr double FrictionParameters::*stribeck = &FrictionParameters::v0;
   template <class T>
   static T coefficient(const FrictionParameters& p, const T& v, const T& speed, const T& z) {
     return p.sigma0 * z + p.sigma1 * bristle_rate(p, v, speed, z) + p.viscous * v;

@@ -24,10 +24,7 @@ struct Dynamics<JointFriction> : JointFriction {
     if (!reaction) return build_fixed(b);
     const auto* guide = std::get_if<TranslationalJoint>(&b.mechanism().joints[joint]);
     auto bound = b.reaction_bound(joint);
-    bound.friction = reaction->friction;
-    if (reaction->static_friction) bound.more = *reaction->static_friction - reaction->friction;
-    if (reaction->stribeck_speed) bound.stribeck = *reaction->stribeck_speed;
-    bound.exponent = reaction->stribeck_exponent.value_or(bound.exponent);
+    static_cast<StribeckCurve&>(bound) = reaction->peak.curve(reaction->friction);
     if (guide && reaction->slider_length) bound.couple = 2 / *reaction->slider_length;
     if (guide)
       b.friction(SlidingRow{link(b), guide->axis}, {name, 0, regularisation, bound});

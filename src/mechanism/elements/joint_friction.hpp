@@ -15,18 +15,17 @@
 
 #include "mechanism/elements/revolute_joint.hpp"
 #include "mechanism/elements/translational_joint.hpp"
+#include "mechanism/static_friction.hpp"
 #include "values/forces.hpp"
 
 namespace freeplay {
 
 /// Friction bounded by the joint's own reaction.
 struct ReactionFriction {
-  double friction = 0;                           ///< μ of sliding, ≥ 0
-  double pin_radius = 0;                         ///< m, > 0, of a revolute joint
-  std::optional<double> slider_length = {};      ///< m, of a translational joint
-  std::optional<double> static_friction = {};    ///< μ_s at rest, ≥ μ
-  std::optional<double> stribeck_speed = {};     ///< m/s
-  std::optional<double> stribeck_exponent = {};  ///< n ≥ 1; empty: 2
+  double friction = 0;                       ///< μ of sliding, ≥ 0
+  double pin_radius = 0;                     ///< m, > 0, of a revolute joint
+  std::optional<double> slider_length = {};  ///< m, of a translational joint
+  StaticFriction peak = {};
 };
 
 /// Static value of a fixed bound.
@@ -38,12 +37,7 @@ struct FrictionPeak {
   static void keys(auto& k, const auto& bound, const auto& speed, auto& p) {
     k.need(bound, p.bound, non_negative);
     k.need(speed, p.stribeck_speed, positive);
-    exponent(k, p.stribeck_exponent);
-  }
-  /// The key of the exponent n.
-  static void exponent(auto& k, auto& n) {
-    k.take({"stribeck_exponent", "", "n in exp(−(|u|/v)ⁿ), v the Stribeck speed; if absent: 2"}, n,
-           one_or_more);
+    StaticFriction::exponent(k, p.stribeck_exponent);
   }
 };
 
@@ -116,17 +110,7 @@ struct JointFriction {
                 "guide length over which a translational joint's couple acts as contact forces; if absent: "
                 "the couple has no friction"},
                f->slider_length, positive);
-      k.take({"static_friction", "", "μ_s at rest, at least friction; required with stribeck_speed"},
-             f->static_friction, non_negative);
-      k.take({"stribeck_speed", "m/s", "v in μ + (μ_s − μ) exp(−(|u|/v)ⁿ), u the sliding speed"},
-             f->stribeck_speed, positive);
-      FrictionPeak::exponent(k, f->stribeck_exponent);
-      k.check(f->static_friction.has_value() == f->stribeck_speed.has_value(),
-              f->static_friction ? "static_friction" : "stribeck_speed",
-              "static_friction and stribeck_speed go together; one of them is missing");
-      k.check(!f->stribeck_exponent || f->stribeck_speed, "stribeck_exponent", "goes with stribeck_speed");
-      k.check(!f->static_friction || *f->static_friction >= f->friction, "static_friction",
-              "must be at least friction, ", f->friction);
+      StaticFriction::keys(k, f->peak, f->friction);
     }
     k.check(!on || !std::visit([](const auto& j) { return is_loose(j); }, *on), "joint",
             "must be a joint without clearance; one with clearance has friction by its surface");
