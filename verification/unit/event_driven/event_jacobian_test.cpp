@@ -10,9 +10,9 @@ using namespace freeplay;
 
 namespace {
 
-Scene scene_with(const std::string& film) {
+Scene scene_with(const std::string& film, const std::string& friction) {
   return parse_scene(
-      test::two_bodies() + test::surface("steel", 0.6, 0.3) +
+      test::two_bodies() + test::surface("steel", 0.6, 0.3, friction) +
           test::pin("loose", "ground", "b", {0.0, 0.1}, {0.2, 0.1},
                     test::loose(0.3, 0.6, "steel") + "bearing_length = 0.2\n") +
           (film.empty()
@@ -31,7 +31,10 @@ TEST_CASE("the exact Jacobian of a contact mode equals differences of its right-
   const std::string film =
       GENERATE(as<std::string>{}, "", "film = \"short\"\n", "film = \"long\"\n",
                "film = \"short\"\ncavitation = \"none\"\n", "film = \"long\"\ncavitation = \"none\"\n");
-  const auto scene = scene_with(film);
+  const std::string friction =
+      GENERATE(as<std::string>{}, "", "static_friction = 0.5\nstribeck_speed = 0.8\n",
+               "static_friction = 0.5\nstribeck_speed = 0.8\nstribeck_exponent = 1.5\n");
+  const auto scene = scene_with(film, friction);
   const System system(scene.mechanism);
   std::mt19937 engine(20261122);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -50,7 +53,7 @@ TEST_CASE("the exact Jacobian of a contact mode equals differences of its right-
     const double angle = 3 * uniform(engine), theta = x[5], length = mode.rub == 0 ? 0.27 : 0.2;
     x[3] = length * std::cos(angle) - (0.2 * std::cos(theta) - 0.1 * std::sin(theta));
     x[4] = 0.1 + length * std::sin(angle) - (0.2 * std::sin(theta) + 0.1 * std::cos(theta));
-    CAPTURE(film, mode.closed, mode.slip, mode.rub);
+    CAPTURE(film, friction, mode.closed, mode.slip, mode.rub);
     CHECK(test::jacobian_error(f, x, 0.4) < 1e-6);
   }
 }
