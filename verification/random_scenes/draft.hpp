@@ -292,6 +292,8 @@ void ratio_trains(Draw& draw, Draft& out);
 void freewheels(Draw& draw, Draft& out);
 /// Oscillators with friction of fixed bound and a static peak.
 void stribeck(Draw& draw, Draft& out);
+/// Oscillators on a surface with a static value of friction.
+void gripping(Draw& draw, Draft& out);
 /// Two gears with losses.
 void mesh_losses(Draw& draw, Draft& out);
 /// A disc against an outline, at rest or turning.

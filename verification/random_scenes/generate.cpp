@@ -55,7 +55,8 @@ constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
                               {"outlines", outlines, 1, Suite::rows, "elements"},
                               {"sampled", sampled_loops, 1, Suite::rows, "elements"},
                               {"yielding", yielding, 1, Suite::rows, "elements"},
-                              {"profiles", profiled_journals, 1, Suite::rows, "elements"}};
+                              {"profiles", profiled_journals, 1, Suite::rows, "elements"},
+                              {"gripping", gripping, 1, Suite::rows, "surfaces"}};
 
 std::vector<Kind> selected(const std::string& selection) {
   std::vector<Kind> list;
@@ -71,8 +72,8 @@ std::vector<Kind> selected(const std::string& selection) {
     add(Suite::flexible, name, "flexible");
     if (list.size() == before)
       throw std::invalid_argument(fmt::format(
-          "there is no kind of random scene \"{}\"; there are: new, elements, {}, and flexible, {}", name,
-          fmt::join(kinds(Suite::rows), ", "), fmt::join(kinds(Suite::flexible), ", ")));
+          "there is no kind of random scene \"{}\"; there are: new, elements, surfaces, {}, and flexible, {}",
+          name, fmt::join(kinds(Suite::rows), ", "), fmt::join(kinds(Suite::flexible), ", ")));
     if (list.back().suite != list.front().suite)
       throw std::invalid_argument("flexible kinds of random scenes are not mixed with those of known rows");
   }

@@ -236,6 +236,13 @@ TEST_CASE("random scenes of single elements are correct in every method", "[rand
   for (const auto& kind : element_kinds) check_scenes(kind, 5);
 }
 
+TEST_CASE("random scenes on surfaces with a static value of friction are correct in every method",
+          "[random-scenes]") {
+  for (int i = 0; i < 100; ++i) CHECK_NOTHROW(parse_scene(draw(1, i, "surfaces").text, "random scene"));
+  check_scenes("gripping", 5);
+}
+
 TEST_CASE("two hundred random scenes of each element are correct in every method", "[random-scenes][long]") {
   for (const auto& kind : element_kinds) check_scenes(kind, 200);
+  check_scenes("gripping", 200);
 }

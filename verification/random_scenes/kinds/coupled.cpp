@@ -237,15 +237,41 @@ void freewheels(Draw& draw, Draft& out) {
   dry(out, rotor.coordinate, one, linear, decay, T * draw.between(3, 40));
 }
 
-void stribeck(Draw& draw, Draft& out) {
+namespace {
+
+/// Friction F of sliding that rises to `peak` at rest, with exp(−(|u|/fall)ⁿ).
+struct Peak {
+  double F, peak, fall, n;
+};
+
+/// A body that touches the floor in its centre, with a weight and a surface of this friction. Its forces
+/// become those of the stated numbers.
+Mover on_floor(Draw& draw, Draft& out, double m, double x, double v, double size, Peak& p) {
+  const double mu = exact(draw.between(0.05, 1)), g = exact(p.F / (mu * m)),
+               most = exact(std::max(mu, p.peak / (m * g)));
+  p.F = mu * m * g, p.peak = most * m * g;
+  out.gravity({0, -g});
+  const auto q = out.body({.name = "body", .mass = m, .inertia = m, .at = {x, 0}, .velocity = {v, 0}});
+  out.table("contacts.floor", "type = 'plane'\nbetween = ['ground', 'body']\nsurface = 's'\n");
+  out.table("surfaces.s",
+            toml("restitution = 0.5\nfriction = {}\nstatic_friction = {}\nstribeck_speed = {}\n", mu, most,
+                 p.fall) +
+                (p.n == 2 ? "" : toml("stribeck_exponent = {}\n", p.n)));
+  out.still(q + 1, 0, size);
+  out.still(q + 2, 0, 1);
+  return {true, q};
+}
+
+/// An oscillator with friction of a static value: on a surface, or in a joint on the ground or a drum.
+void dry_oscillator(Draw& draw, Draft& out, bool surface) {
   out.given = true;
   const double T = 1 / draw.decades(-2, 3), m = exact(draw.decades(-2, 1)), A = draw.decades(-3, 0);
   const double own = 2 * pi / T, k = exact(m * own * own);
-  const double F = exact(k * A * draw.decades(-1.5, -0.3)), peak = exact(F * (1 + draw.decades(-1, 0.5)));
+  double F = exact(k * A * draw.decades(-1.5, -0.3)), peak = exact(F * (1 + draw.decades(-1, 0.5)));
   const double fall = exact(std::max(A * own * draw.decades(-1, 0.3), (peak - F) * T / (10 * m)));
   const double n = draw.chance(0.5) ? 2 : exact(draw.between(1, 3));
   // On a drum that turns at constant speed, or on the ground.
-  const bool belt = draw.chance(0.4), slides = !belt && draw.chance(0.6);
+  const bool belt = !surface && draw.chance(0.4), slides = surface || (!belt && draw.chance(0.6));
   const double w = belt ? exact(A * own * draw.decades(-1, 0.3) * draw.sign()) : 0;
   if (belt) {
     const auto drum = mover(out, "drum", false, m, 0, w, 1);
@@ -254,14 +280,18 @@ void stribeck(Draw& draw, Draft& out) {
   }
   const double x = exact(A * draw.either_way(1)),
                v = draw.chance(0.4) ? w : exact(w + A * own * draw.either_way(1));
-  const auto body = mover(out, "body", slides, m, x, v, A, belt ? "drum" : "ground");
+  Peak p{F, peak, fall, n};
+  const auto body = surface ? on_floor(draw, out, m, x, v, A, p)
+                            : mover(out, "body", slides, m, x, v, A, belt ? "drum" : "ground");
+  F = p.F, peak = p.peak;
   const double decay = T * draw.between(0.02, 0.05), slow = exact(decay * peak / m);
-  out.table(
-      "loads.rub",
-      toml("type = 'joint-friction'\njoint = 'on_body'\n{0} = {1}\nstatic_{0} = {2}\nstribeck_speed = {3}\n"
-           "regularisation = {4}\n",
-           slides ? "force" : "torque", F, peak, fall, slow) +
-          (n == 2 ? "" : toml("stribeck_exponent = {}\n", n)));
+  if (surface)
+    out.scene.penalty = false;  // a contact without compliance
+  else
+    out.table("loads.rub", toml("type = 'joint-friction'\njoint = 'on_body'\n{0} = {1}\nstatic_{0} = {2}\n"
+                                "stribeck_speed = {3}\nregularisation = {4}\n",
+                                slides ? "force" : "torque", F, peak, fall, slow) +
+                               (n == 2 ? "" : toml("stribeck_exponent = {}\n", n)));
   const double far = exact(20 * A);
   if (slides)
     out.table("loads.spring", toml("type = 'spring-damper'\nbetween = ['ground', 'body']\n"
@@ -293,6 +323,11 @@ void stribeck(Draw& draw, Draft& out) {
   linear.next_kink = effort.next_kink, linear.x = x, linear.v = v;
   dry(out, body.coordinate, one, linear, decay, T * draw.between(3, 30));
 }
+
+}  // namespace
+
+void stribeck(Draw& draw, Draft& out) { dry_oscillator(draw, out, false); }
+void gripping(Draw& draw, Draft& out) { dry_oscillator(draw, out, true); }
 
 void mesh_losses(Draw& draw, Draft& out) {
   out.given = true;
