@@ -98,8 +98,7 @@ inline constexpr int rows = 1000;
 std::vector<std::string> kinds(Suite suite);
 /// A scene of the kinds of the first set, or of those that `selection` names in the second: "new" for
 /// all of bodies on curves, forces and touching bodies, "elements" for all of single elements, "surfaces" for
-/// all of friction of surfaces, or a list
-/// with commas.
+/// all of friction of surfaces, or a list with commas.
 RandomScene draw(std::uint64_t seed, int index, const std::string& selection = "");
 
 /// A method of running a scene: a formulation with a scheme or an integrator.

@@ -157,7 +157,7 @@ void extremes_verb(Program& program) {
           .between(1, 1000000);
   options.add("--seed", request.scenes.seed, "seed of the random scenes").needs(count).between(0, 1000000000);
   const auto names = fmt::format(
-      "check all rows of scenes of these kinds, with commas: the sets new and elements, or {}; or the set "
+      "check all rows of scenes of these kinds, with commas: the sets new, elements and surfaces, or {}; or the set "
       "flexible, or {}",
       fmt::join(verification::random_scenes::kinds(Suite::rows), ", "),
       fmt::join(verification::random_scenes::kinds(Suite::flexible), ", "));
