@@ -9,7 +9,8 @@
 // contact that rests through the step has the coefficient at rest. In a step over an impact the
 // coefficients stay those at u_T⁻, as in the event-driven scheme (step_problem.cpp).
 //
-// Usage: clear(), add() the contacts of a problem, then solve(). Nothing is kept between steps.
+// Usage: clear(), add() the contacts of a problem, then solve(). Nothing is kept between steps but
+// room, which is new where the number of contacts changes.
 #pragma once
 
 #include <Eigen/Core>
