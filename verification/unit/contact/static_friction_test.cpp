@@ -8,6 +8,7 @@
 #include "verification/property/comparison/snapshot_check.hpp"
 #include "verification/references/dry_coordinate.hpp"
 #include "verification/support/rig.hpp"
+#include "verification/unit/variation/varied_scenes.hpp"
 
 using namespace freeplay;
 using Catch::Matchers::Contains;
@@ -245,4 +246,41 @@ TEST_CASE("snapshots with a static value of friction", "[friction][snapshot]") {
   for (const char* option :
        {"nonsmooth.scheme=\"event-driven\"", "nonsmooth.step=1e-3", "nonsmooth.scheme=\"moreau-jean\""})
     snapshots::check({text, "nonsmooth", {option}});
+}
+
+TEST_CASE(
+    "derivatives by the keys of static friction: exact in penalty, refused in the nonsmooth formulation",
+    "[friction][sensitivity]") {
+  const double time = 0.45;  // from 1 m/s to 0.07 m/s, still sliding
+  const std::vector<std::string> keys = {"surfaces.s.friction", "surfaces.s.static_friction",
+                                         "surfaces.s.stribeck_speed"};
+  const auto speed = [&](std::array<double, 3> p) {
+    reference::DryCoordinate one;
+    one.acceleration = [=](int, double, double, double v) {
+      return -10 * (p[0] + (p[1] - p[0]) * std::exp(-v * v / (p[2] * p[2])));
+    };
+    one.v = 1, one.step = 1e-4;
+    return one.at({time}).v[0];
+  };
+  const std::array<double, 3> given{0.2, 0.5, 0.1};
+  REQUIRE(speed(given) == Approx(0.0722).epsilon(1e-3));
+  std::vector<double> expected;
+  for (std::size_t i = 0; i < 3; ++i) {
+    auto low = given, high = given;
+    low[i] -= 1e-5, high[i] += 1e-5;
+    expected.push_back((speed(high) - speed(low)) / 2e-5);
+  }
+  const auto by = [&](const char* formulation, const std::vector<std::string>& options) {
+    const auto scene = parse_scene(scene_of(block(test::event_driven, 2, 1), steep, time), "s.toml", options);
+    return sensitivities(scene, {.of = {"end.b.vx"}, .to = keys, .formulation = formulation}).quantities[0];
+  };
+  // The block falls onto a soft floor with critical damping; friction has its constant value meanwhile, and the
+  // normal impulse is that of the weight. Differences of the reference: 1e-10/6 of third derivatives.
+  test::varied::check_derivatives(
+      by("penalty",
+         {"penalty.tolerance=1e-10", "penalty.contact=\"kelvin-voigt\"", "penalty.kelvin_stiffness=1e6",
+          "penalty.kelvin_damping=3e3", "penalty.friction=\"andersson\"", "penalty.friction_v0=1e-7"}),
+      expected, 1e-5);
+  CHECK_THAT(by("nonsmooth", {"nonsmooth.scheme=\"event-driven\""}).reasons[0],
+             Contains("friction of b_floor depends on the sliding speed (surfaces.s.static_friction)"));
 }
