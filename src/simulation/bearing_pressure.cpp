@@ -184,7 +184,7 @@ class JournalSearch {
     const double force = load.norm();
     auto now = resultant(x, softness);
     double error = (now.force - load).norm();
-    for (int i = 0; i < most && error > 1e-13 * force; ++i) {
+    for (int i = 0; i < most && error > 1e-10 * force; ++i) {
       const double det = now.xx * now.yy - now.xy * now.yx;
       if (!(std::abs(det) > 0)) break;
       const Vec2 r = load - now.force;

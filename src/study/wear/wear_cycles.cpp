@@ -15,7 +15,7 @@ namespace {
 /// Share of the growth of a depth that the passes of WornBearing may leave undetermined.
 constexpr double pass_tolerance = 0.01;
 /// Classes of loads are made wider until there are no more than these.
-constexpr std::size_t most_classes = 400;
+constexpr std::size_t most_classes = 120;
 /// Share of the work whose smallest classes are left out: forces of rounding press nothing.
 constexpr double omitted_work = 1e-6;
 /// Relative distance from a limit at which it counts as reached.
