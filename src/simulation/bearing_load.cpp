@@ -26,19 +26,6 @@ const RevoluteJoint* bearing_at(const Mechanism& m, std::size_t joint) {
 /// Angle of a body, or its rate.
 double angle_of(std::span<const double> q, int body) { return body == ground ? 0 : q[3 * body + 2]; }
 
-/// Degree of an angle, 0 to 359.
-int degree(double angle) {
-  const double turns = angle / (2 * pi);
-  return std::min(static_cast<int>(360 * (turns - std::floor(turns))), 359);
-}
-
-/// Width of an even distribution of directions whose mean vector has a length of `length`: √12 times its
-/// standard deviation; 0 below rounding.
-double width_of(double length) {
-  const double width = std::sqrt(24 * std::max(0.0, 1 - length));
-  return width > 1e-6 ? width : 0;
-}
-
 /// Mean force ∫ F² dt/∫ F dt (N) of an impact without loss; NaN without an approach speed (bearing_load.hpp).
 double force_of_impact(const Foundation& f, double impulse, double approach, double rebound) {
   if (!(approach > 0 && approach + rebound > 0)) return NAN;
@@ -55,6 +42,16 @@ double force_of_impact(const Foundation& f, double impulse, double approach, dou
 }
 
 }  // namespace
+
+int degree_of(double angle) {
+  const double turns = angle / (2 * pi);
+  return std::min(static_cast<int>(360 * (turns - std::floor(turns))), 359);
+}
+
+double even_width(double length, double within) {
+  const double width = std::sqrt(12 * (2 * std::max(0.0, 1 - length) + within));
+  return width > 1e-6 ? width : 0;
+}
 
 /// An observed joint with its classes.
 struct BearingLoadObserver::Bearing {
@@ -131,7 +128,7 @@ struct BearingLoadObserver::Bearing {
            std::span<const double> q) {
     const double angle = std::atan2(n.y(), n.x());
     const double on_bearing = angle - angle_of(q, bodies[0]), on_journal = angle - angle_of(q, bodies[1]);
-    auto& one = classes[360 * degree(on_bearing) + (merged ? 0 : degree(on_journal))];
+    auto& one = classes[360 * degree_of(on_bearing) + (merged ? 0 : degree_of(on_journal))];
     one.by_distance.add(impulse * speed, force, on_bearing, on_journal);
     one.by_time.add(impulse, force, on_bearing, on_journal);
     if (greatest > one.greatest) one.greatest = greatest;
@@ -298,8 +295,8 @@ std::vector<BearingLoads> BearingLoadObserver::loads() const {
       const auto& d = s.directions;
       load.on_bearing = std::atan2(d[1], d[0]);
       load.on_journal = std::atan2(d[3], d[2]);
-      load.width_on_bearing = width_of(std::hypot(d[0], d[1]) / s.weight);
-      load.width_on_journal = b.merged ? 0 : width_of(std::hypot(d[2], d[3]) / s.weight);
+      load.width_on_bearing = even_width(std::hypot(d[0], d[1]) / s.weight);
+      load.width_on_journal = b.merged ? 0 : even_width(std::hypot(d[2], d[3]) / s.weight);
       load.force = s.known > 0 ? s.force / s.known : known > 0 ? force / known : one.by_time.weight / time_;
       load.work = one.by_distance.weight;
       load.impulse = one.by_time.weight;

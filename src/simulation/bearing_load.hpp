@@ -99,6 +99,14 @@ class BearingLoadObserver final : public Observer {
   Forces forces_;
 };
 
+/// Degree of an angle (rad), 0 to 359: the classes' directions.
+int degree_of(double angle);
+/// Width (rad) of an even distribution of directions whose mean vector has a length of `length` and whose parts
+/// have a variance of `within` of their own: √12 times the standard deviation; 0 below rounding.
+double even_width(double length, double within = 0);
+/// A smaller share of all loads is omitted without a warning: forces of rounding press nothing.
+inline constexpr double omitted_share = 1e-6;
+
 /// The joints that a BearingLoadObserver observes, as indices into Mechanism::joints.
 std::vector<std::size_t> observed_bearings(const Scene& scene);
 

@@ -374,4 +374,9 @@ std::vector<double> polar_deviations(const Roundness& surface, double radius, st
   return list;
 }
 
+std::vector<double> polar_deviations(const Mechanism& mechanism, int profile, double radius, std::size_t n) {
+  if (profile < 0) return {};
+  return polar_deviations(Roundness(mechanism.profiles[static_cast<std::size_t>(profile)]), radius, n);
+}
+
 }  // namespace freeplay

@@ -106,5 +106,7 @@ void solve(const Foundation& foundation, std::span<const double> bearing, std::s
 /// Deviations (m) of the polar radius of a surface of nominal radius `radius` (m) at n equal angles:
 /// p − p′²/(2R) of its support function (mechanism/profile.hpp).
 std::vector<double> polar_deviations(const Roundness& surface, double radius, std::size_t n);
+/// As above, of a profile by its index; empty for none (−1).
+std::vector<double> polar_deviations(const Mechanism& mechanism, int profile, double radius, std::size_t n);
 
 }  // namespace freeplay

@@ -13,8 +13,6 @@ namespace freeplay {
 namespace {
 
 using std::numbers::pi;
-/// A smaller share of the impulses is omitted without a warning: forces of rounding press nothing.
-constexpr double omitted_share = 1e-6;
 
 SurfaceLoad empty_surface(std::size_t n) {
   const std::vector<double> zero(n);
@@ -68,13 +66,8 @@ BearingSurfaces surfaces_of(const Scene& scene, const BearingLoads& loads, std::
   const auto& joint = bearing_named(scene, loads.joint);
   const auto& c = *joint.clearance;
   const auto foundation = foundation_of(scene.mechanism, joint);
-  const auto deviations = [&](int profile, double radius) {
-    if (profile < 0) return std::vector<double>();
-    return polar_deviations(Roundness(scene.mechanism.profiles[static_cast<std::size_t>(profile)]), radius,
-                            n);
-  };
-  auto bearing = deviations(c.bearing_profile, c.bearing_radius);
-  const auto journal = deviations(c.journal_profile, foundation.journal_radius());
+  auto bearing = polar_deviations(scene.mechanism, c.bearing_profile, c.bearing_radius, n);
+  const auto journal = polar_deviations(scene.mechanism, c.journal_profile, foundation.journal_radius(), n);
   bearing.resize(n);
   BearingSurfaces out{loads.joint, empty_surface(n)};
   if (!loads.merged) out.journal = empty_surface(n);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -16,8 +15,6 @@ namespace {
 constexpr double pass_tolerance = 0.01;
 /// Classes of loads are made wider until there are no more than these.
 constexpr std::size_t most_classes = 120;
-/// Share of the work whose smallest classes are left out: forces of rounding press nothing.
-constexpr double omitted_work = 1e-6;
 /// Relative distance from a limit at which it counts as reached.
 constexpr double reached = 1e-3;
 constexpr int most_reductions = 80;
@@ -49,7 +46,7 @@ class Classes {
     std::ranges::sort(works);
     double omitted = 0, least = 0;
     for (const double work : works) {
-      if ((omitted += work) > omitted_work * sum) break;
+      if ((omitted += work) > omitted_share * sum) break;
       least = work;
     }
     std::vector<BearingLoad> list;
@@ -58,8 +55,8 @@ class Classes {
       BearingLoad load;
       load.on_bearing = c.bearing.mean();
       load.on_journal = c.journal.mean();
-      load.width_on_bearing = c.bearing.even_width(c.work);
-      load.width_on_journal = c.journal.even_width(c.work);
+      load.width_on_bearing = c.bearing.width(c.work);
+      load.width_on_journal = c.journal.width(c.work);
       load.force = c.force / c.work;
       load.work = c.work;
       list.push_back(load);
@@ -68,11 +65,7 @@ class Classes {
   }
 
  private:
-  int bin(double angle) const {
-    const double degrees = angle * (180 / std::numbers::pi),
-                 turned = degrees - 360 * std::floor(degrees / 360);
-    return std::min(static_cast<int>(turned), 359) / degrees_;
-  }
+  int bin(double angle) const { return degree_of(angle) / degrees_; }
   /// Directions in one body.
   struct Directions {
     Vec2 sum{};
@@ -82,12 +75,7 @@ class Classes {
       variances += weight * width * width / 12;
     }
     double mean() const { return std::atan2(sum.y(), sum.x()); }
-    /// Width of the even distribution with the variance 2 (1 − |mean vector|) and that within the classes.
-    double even_width(double weight) const {
-      const double between = std::max(0.0, 2 * (1 - sum.norm() / weight));
-      const double width = std::sqrt(12 * (between + variances / weight));
-      return width > 1e-6 ? width : 0;
-    }
+    double width(double weight) const { return even_width(sum.norm() / weight, variances / weight); }
   };
   struct Sums {
     Directions bearing, journal;

@@ -273,16 +273,12 @@ std::vector<WornBearing> wearing_joints(const Scene& scene, std::size_t points) 
     if (!revolute || !revolute->clearance || !revolute->clearance->wears()) continue;
     const auto& c = *revolute->clearance;
     const auto foundation = located_in(scene, [&] { return foundation_of(mechanism, *revolute); });
-    const auto form = [&](int profile, double radius) {
-      return profile < 0 ? std::vector<double>()
-                         : polar_deviations(Roundness(mechanism.profiles[static_cast<std::size_t>(profile)]),
-                                            radius, points);
-    };
-    auto bearing = form(c.bearing_profile, foundation.bearing_radius);
+    auto bearing = polar_deviations(mechanism, c.bearing_profile, foundation.bearing_radius, points);
     if (bearing.empty()) bearing.assign(points, 0.0);
-    list.emplace_back(WearingJoint{revolute->name, foundation, c.bearing_wear.value_or(0),
-                                   c.journal_wear.value_or(0), std::move(bearing),
-                                   form(c.journal_profile, foundation.journal_radius())});
+    list.emplace_back(
+        WearingJoint{revolute->name, foundation, c.bearing_wear.value_or(0), c.journal_wear.value_or(0),
+                     std::move(bearing),
+                     polar_deviations(mechanism, c.journal_profile, foundation.journal_radius(), points)});
   }
   const bool any = std::ranges::any_of(
       list, [](const WornBearing& b) { return b.joint().bearing > 0 || b.joint().journal > 0; });
