@@ -33,7 +33,9 @@ int wear(const WearRequest& request) {
   EnsembleStore store(folder / "wear.db", Database::Access::write, request.stop);
   Progress progress;
   const auto all = wear_study(study, request.conduct(), store, request.threads, [&](const WearProgress& p) {
-    progress.show(fmt::format("{}, {:.4g} turns", p.formulation, p.turns), p.share);
+    progress.show(
+        fmt::format("{}, {:.4g} turns, set {}: {} of {} runs", p.formulation, p.turns, p.set, p.done, p.runs),
+        p.share);
   });
   progress.clear();
   if (all.interrupted) return interrupted(Kept::runs);

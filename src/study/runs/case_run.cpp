@@ -118,9 +118,9 @@ Scene unmoved(const Study& study, const Case& one) {
       scene.run.discard = study.length.discard * turn;
       scene.run.duration = (study.length.discard + one.revolutions) * turn;
     } else if (study.length.in_periods) {
-      throw error_at(study, {},
-                     fmt::format("revolutions and discard count periods, and {} has no drive with a period: "
-                                 "give period, or duration and discard_time (s)",
+      throw error_at(study, {"revolutions"},
+                     fmt::format("counts periods, as discard does, and {} has no drive with a period: give "
+                                 "period, or duration and discard_time (s)",
                                  scene.file.string()));
     }
     return scene;

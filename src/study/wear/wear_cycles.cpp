@@ -112,17 +112,15 @@ struct ErrorSum {
   double extrapolation = 0;  // m
 };
 
-/// Worn by the loads of N turns.
-WornBearing worn_by(WornBearing bearing, const std::vector<BearingLoad>& loads, double turns, double share) {
-  bearing.wear(loads, share / turns, pass_tolerance);
-  return bearing;
-}
-
 class WearRun {
  public:
   WearRun(std::vector<WornBearing> joints, const WearLimits& limits, double simulated,
-          const LoadsOf& loads_of)
-      : limits_(limits), simulated_(simulated), loads_of_(loads_of), now_(std::move(joints)) {}
+          const LoadsOf& loads_of, const std::function<void()>& at_work)
+      : limits_(limits),
+        simulated_(simulated),
+        loads_of_(loads_of),
+        at_work_(at_work),
+        now_(std::move(joints)) {}
 
   WearEnd run(const std::function<void(const WearCycle&)>& done) {
     loads_ = loads_of_(now_, sets_++);
@@ -144,6 +142,14 @@ class WearRun {
   }
 
  private:
+  /// Worn by the loads of `share` turns; the loads are sums over `turns`.
+  WornBearing worn_by(WornBearing bearing, const std::vector<BearingLoad>& loads, double turns,
+                      double share) const {
+    if (at_work_) at_work_();
+    bearing.wear(loads, share / turns, pass_tolerance);
+    return bearing;
+  }
+
   /// Whether no joint is loaded while it slides.
   bool idle() const {
     return std::ranges::all_of(loads_, [](const TurnLoads& l) { return !(l.work > 0); });
@@ -314,6 +320,7 @@ class WearRun {
   const WearLimits& limits_;
   double simulated_;
   const LoadsOf& loads_of_;
+  const std::function<void()>& at_work_;
   std::vector<WornBearing> now_, halfway_;  // halfway: after half of the predictor
   std::vector<TurnLoads> loads_;
   std::vector<std::array<ErrorSum, 2>> errors_;  // of bearing and journal
@@ -349,8 +356,9 @@ TurnLoads united(const std::vector<BearingLoads>& starts, double turns) {
 }
 
 WearEnd wear_cycles(std::vector<WornBearing> joints, const WearLimits& limits, double simulated,
-                    const LoadsOf& loads_of, const std::function<void(const WearCycle&)>& done) {
-  return WearRun(std::move(joints), limits, simulated, loads_of).run(done);
+                    const LoadsOf& loads_of, const std::function<void(const WearCycle&)>& done,
+                    const std::function<void()>& at_work) {
+  return WearRun(std::move(joints), limits, simulated, loads_of, at_work).run(done);
 }
 
 }  // namespace freeplay

@@ -89,8 +89,10 @@ enum class WearEnd { turns, depth, clearance, no_load, failed };
 using LoadsOf = std::function<std::vector<TurnLoads>(const std::vector<WornBearing>& surfaces, int set)>;
 
 /// Wears the joints until a limit is reached, and calls `done` after each cycle, first before any wear.
-/// `simulated`: turns of each run. Throws NoEquilibrium, and what `loads_of` throws.
+/// `simulated`: turns of each run. `at_work` is called often while wear is computed. Throws NoEquilibrium, and
+/// what the functions throw.
 WearEnd wear_cycles(std::vector<WornBearing> joints, const WearLimits& limits, double simulated,
-                    const LoadsOf& loads_of, const std::function<void(const WearCycle&)>& done);
+                    const LoadsOf& loads_of, const std::function<void(const WearCycle&)>& done,
+                    const std::function<void()>& at_work = {});
 
 }  // namespace freeplay

@@ -18,6 +18,12 @@ double error_of(const WornJoint& j) { return error_of(j.in_bearing) + error_of(j
 
 std::string micrometres(double x) { return fmt::format("{:.4g}", 1e6 * x); }
 
+/// The error of a depth in um, at least one unit of the last digit of micrometres().
+std::string error_in_micrometres(const WornDepth& d) {
+  const double unit = d.depth > 0 ? std::pow(10, std::floor(std::log10(d.depth)) - 3) : 0;
+  return fmt::format("{:.2g}", 1e6 * std::max(error_of(d), unit));
+}
+
 /// A number of turns: 1234, 1.23e+06.
 std::string in_turns(double n) {
   return n >= 100 && n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.3g}", n);
@@ -45,7 +51,7 @@ std::string depths(const WearStudy& all, std::size_t j, WornDepth WornJoint::*wh
   for (const auto& h : all.histories) {
     const auto& d = h.cycles.back().joints[j].*which;
     parts.push_back(
-        fmt::format("{} ± {:.2g} um ({})", micrometres(d.depth), 1e6 * error_of(d), h.formulation));
+        fmt::format("{} ± {} um ({})", micrometres(d.depth), error_in_micrometres(d), h.formulation));
   }
   return fmt::format("{}", fmt::join(parts, " and "));
 }
@@ -219,8 +225,8 @@ std::string wear_page(const Study& study, const WearStudy& all) {
       const auto& w = last.joints[j];
       table.row(
           w.bearing.joint().name, h.formulation, in_turns(last.turns), last.number,
-          micrometres(w.in_bearing.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_bearing)),
-          micrometres(w.in_journal.depth), fmt::format("{:.2g}", 1e6 * error_of(w.in_journal)),
+          micrometres(w.in_bearing.depth), error_in_micrometres(w.in_bearing),
+          micrometres(w.in_journal.depth), error_in_micrometres(w.in_journal),
           fmt::format("{:.4g}", 1e9 * all.lengths[j] * (w.bearing.bearing_area() + w.bearing.journal_area())),
           micrometres(w.bearing.measured_clearance()), micrometres(w.bearing.greatest_clearance()));
     }

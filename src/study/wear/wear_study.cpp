@@ -90,13 +90,15 @@ struct RunsFailed : std::runtime_error {
 class WearingFormulation {
  public:
   WearingFormulation(const Study& study, const Conduct& conduct, EnsembleStore& store, int threads,
-                     const std::string& formulation, WearStudy& all)
+                     const std::string& formulation, WearStudy& all,
+                     const std::function<void(const WearProgress&)>& on_progress)
       : study_(study),
         conduct_(conduct),
         store_(store),
         threads_(threads),
         formulation_(formulation),
-        all_(all) {
+        all_(all),
+        on_progress_(on_progress) {
     case_ = case_of(study, formulation);
     identity_ = identity(study, case_, conduct);
     const auto scene = scene_of(study, case_, conduct);
@@ -104,6 +106,8 @@ class WearingFormulation {
     for (const auto& joint : joints_) names_.push_back(joint.joint().name);
     differ_ = has_starts(study, case_);
     starts_ = differ_ ? static_cast<std::size_t>(study.starts.count) : 1;
+    progress_.formulation = formulation;
+    progress_.runs = starts_;
     const auto time = counted_time(study, scene);
     all.has_period = time.period > 0;
     all.turn = all.has_period ? time.period : time.to - time.from;
@@ -113,7 +117,7 @@ class WearingFormulation {
     for (const auto& joint : joints_) all.lengths.push_back(joint.joint().foundation.length);
   }
 
-  WearHistory run(const std::function<void(const WearProgress&)>& on_progress) {
+  WearHistory run() {
     const auto& plan = *study_.wear;
     const WearLimits limits{plan.turns.value_or(WearLimits::none), plan.depth.value_or(WearLimits::none),
                             plan.clearance.value_or(WearLimits::none), plan.share,
@@ -129,8 +133,10 @@ class WearingFormulation {
           [&](const std::vector<WornBearing>& surfaces, int set) { return loads(surfaces, set, history); },
           [&](const WearCycle& cycle) {
             history.cycles.push_back(cycle);
-            if (on_progress) on_progress({formulation_, cycle.turns, way(cycle, limits)});
-          });
+            progress_.turns = cycle.turns;
+            progress_.share = way(cycle, limits);
+          },
+          [&] { show_progress(); });
     } catch (const RunsFailed& e) {
       ended_by(e);
     } catch (const NoEquilibrium& e) {
@@ -140,6 +146,10 @@ class WearingFormulation {
   }
 
  private:
+  void show_progress() const {
+    if (on_progress_) on_progress_(progress_);
+  }
+
   static double way(const WearCycle& cycle, const WearLimits& limits) {
     double share = cycle.turns / limits.turns;
     for (const auto& j : cycle.joints) {
@@ -157,6 +167,12 @@ class WearingFormulation {
     std::vector<std::string> failures(starts_);
     std::mutex guard;
     std::size_t next_place = 0;
+    progress_.set = set;
+    progress_.done = 0;
+    const auto ended = [&] {
+      ++progress_.done;
+      show_progress();
+    };
     double rounding = 0;
     SharedCompilation compilation;
     compilation.runs = starts_;
@@ -174,6 +190,7 @@ class WearingFormulation {
             if (outcome.failure.empty()) outcomes[place] = unpacked(outcome.rows, names_);
             failures[place] = outcome.failure;
             ++all_.found;
+            ended();
             continue;
           }
         }
@@ -196,6 +213,7 @@ class WearingFormulation {
         } catch (const ModelError& e) {
           const std::lock_guard lock(guard);
           failures[place] = e.what();
+          ended();
         }
       }
       return nullptr;
@@ -209,6 +227,7 @@ class WearingFormulation {
       outcomes[run.place] = std::move(run.loads);
       failures[run.place] = run.outcome.failure;
       ++all_.made;
+      ended();
     });
     if (conduct_.stop()) throw Interrupted();
     history.rounding = std::max(history.rounding, rounding_of(surfaces, rounding));
@@ -255,6 +274,8 @@ class WearingFormulation {
   int threads_;
   std::string formulation_;
   WearStudy& all_;
+  const std::function<void(const WearProgress&)>& on_progress_;
+  WearProgress progress_;
   Case case_;
   Identity identity_;
   std::vector<WornBearing> joints_;
@@ -361,7 +382,7 @@ WearStudy wear_study(const Study& study, const Conduct& conduct, EnsembleStore& 
   try {
     for (const auto& formulation : study.formulations)
       all.histories.push_back(
-          WearingFormulation(study, conduct, store, threads, formulation, all).run(on_progress));
+          WearingFormulation(study, conduct, store, threads, formulation, all, on_progress).run());
   } catch (const Interrupted&) {
     all.interrupted = true;
   }

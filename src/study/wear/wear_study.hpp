@@ -40,18 +40,20 @@ struct WearStudy {
   bool interrupted = false;            ///< histories are then not complete
 };
 
-/// What it reports while it works.
+/// What it reports after each run, and often while wear is computed.
 struct WearProgress {
   std::string formulation;
-  double turns = 0, share = 0;  ///< share: of the way to the nearest limit
+  double turns = 0, share = 0;     ///< after the last cycle; share: of the way to the nearest limit
+  int set = 0;                     ///< number of the last set of runs
+  std::size_t done = 0, runs = 0;  ///< of this set: ended runs, and their number
 };
 
-/// Throws SceneError if the wear of a study cannot be computed: nothing wears, a limit is reached at the beginning, or
-/// its scene cannot be run.
+/// Throws SceneError if the wear of a study cannot be computed: nothing wears, a limit is reached at the
+/// beginning, or its scene cannot be run.
 void require_wear(const Study& study, const Conduct& conduct);
 
-/// Computes the wear; runs that the store has are not repeated. A history ends where most runs fail, for the reason in
-/// `failures`. Throws SceneError if this is so with unworn surfaces.
+/// Computes the wear; runs that the store has are not repeated. A history ends where most runs fail, for the
+/// reason in `failures`. Throws SceneError if this is so with unworn surfaces.
 WearStudy wear_study(const Study& study, const Conduct& conduct, EnsembleStore& store, int threads,
                      const std::function<void(const WearProgress&)>& on_progress);
 

@@ -13,8 +13,8 @@
 //
 // The loads of many turns are applied in passes over all classes in the order of their directions, forward and
 // backward in turn, each with an equal share of Δs. They begin beside the widest range of directions without
-// loads, because the last class of a pass leaves a mark, whose depth decreases with the power −2/3 of the number
-// of passes and which later loads remove. A class stands for directions that are even over its width: each pass
+// loads, because the last class of a pass leaves a local deviation. It decreases with the power −2/3 of the number
+// of passes, and later loads remove it. A class stands for directions that are even over its width: each pass
 // takes another one of them, by the multiples of the golden section. The number of passes is doubled until the
 // depths, in the mean over a surface, and the greatest depth change by less than a tolerance, at most up to 32.
 // It concerns the shape only: the worn areas are exact.
@@ -45,7 +45,8 @@ class WornBearing {
   explicit WornBearing(WearingJoint joint);
 
   /// Wears both surfaces by these loads, times `share`. `tolerance`: greatest change when the number of
-  /// passes is doubled, of the depths in the mean over a surface and of the greatest growth, as a share of them. Throws NoEquilibrium.
+  /// passes is doubled, of the depths in the mean over a surface and of the greatest growth, as a share of
+  /// them. Throws NoEquilibrium.
   void wear(std::span<const BearingLoad> loads, double share, double tolerance);
 
   /// Constants of the joint.

@@ -354,7 +354,7 @@ WearStudy study_of_rotating_load() {
 TEST_CASE("life to a clearance is interpolated between cycles, and extrapolated beyond", "[wear]") {
   const auto all = study_of_rotating_load();
   const auto& h = all.histories[0];
-  // The marks of the last passes are up to 3 % of each depth.
+  // Local deviations by the last passes are up to 3 % of each depth.
   const auto within = life_of(h, 0, c + 15e-6);
   CHECK(within.turns == Approx(1500).margin(100));
   CHECK_FALSE(within.extrapolated);
