@@ -229,6 +229,23 @@ TEST_CASE("varied values leave the random positions of joints with clearance as 
   }
 }
 
+TEST_CASE("starts keep the given velocities of bodies in a joint with clearance", "[study][ensemble]") {
+  // The ideal joint would make both bodies move as one.
+  const auto scene =
+      parse_scene(test::body("a", 1, 0.1, "position = [0, 0]\nvelocity = [1, 0]\nangular_velocity = 2\n") +
+                      test::body("b", 2, 0.1, "position = [0, 0]\nvelocity = [-0.5, 0.25]\n") +
+                      test::pin("pin", "a", "b", {}, {}, test::loose(1e-3, 0.01)) +
+                      test::surface("s", 0.5, 0.1) + test::run_for(0.1, "start = \"given\"\n"),
+                  "free.toml");
+  for (int k = 0; k < 4; ++k) {
+    const auto moved = perturbed(scene, {}, 1, k, {});
+    const auto s = Simulation(moved, "nonsmooth", {}).state();
+    CHECK(std::hypot(s.q[3] - s.q[0], s.q[4] - s.q[1]) < 1e-3);
+    CHECK(s.q != Simulation(scene, "nonsmooth", {}).state().q);
+    CHECK(s.v == std::vector<double>{1, 0, 2, -0.5, 0.25, 0});
+  }
+}
+
 TEST_CASE("values that joints or drives determine are not varied", "[study][ensemble]") {
   const auto scene = gears();
   const auto says = [&](const std::vector<std::string>& values) {
