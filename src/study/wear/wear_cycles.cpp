@@ -1,5 +1,7 @@
 #include "study/wear/wear_cycles.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,6 +22,8 @@ constexpr double reached = 1e-3;
 constexpr int most_reductions = 80;
 /// Further sets of runs, from other starts, before a joint without loads ends the wear.
 constexpr int most_idle_sets = 3;
+/// Cycles in a row that would have to be shorter than a run before the wear ends.
+constexpr int most_short_cycles = 20;
 /// Standard errors that count as explained by chance.
 constexpr double by_chance = 2;
 
@@ -136,6 +140,13 @@ class WearRun {
       const double change = advance(length);
       const double factor = std::clamp(0.9 * limits_.share / std::max(change, 1e-12), 0.2, 4.0);
       next = std::max(length * factor, factor < 1 ? std::min(simulated_, length) : 0.0);
+      short_ = factor < 1 && length <= simulated_ && limits_.longest > simulated_ ? short_ + 1 : 0;
+      if (short_ == most_short_cycles)
+        throw WearStopped(fmt::format(
+            "wear cannot be extrapolated after {:.4g} turns: in {} cycles in a row the loads or depths "
+            "change by more than share = {:g} within the {:.4g} turns of a run; use more starts or "
+            "revolutions, smaller steps of the scene, or longest = {:.4g} (no extrapolation)",
+            turns_, short_, limits_.share, simulated_, std::max(1.0, simulated_)));
       if (!accepted_) continue;
       done(cycle());
     }
@@ -325,7 +336,7 @@ class WearRun {
   std::vector<TurnLoads> loads_;
   std::vector<std::array<ErrorSum, 2>> errors_;  // of bearing and journal
   std::vector<double> squares_;                  // sums of the squares of scatter()
-  int counted_ = 0, sets_ = 0, number_ = 0;
+  int counted_ = 0, sets_ = 0, number_ = 0, short_ = 0;
   double turns_ = 0, length_ = 0;
   bool accepted_ = true;
 };

@@ -13,7 +13,8 @@
 // to S_(k+1), and of the greatest depth of a cycle from h* to h_(k+1), twice. What the statistical errors
 // explain (two standard errors) is subtracted. A cycle is repeated with fewer turns if q > 2 share, and the next N
 // is 0.9 share/q times the last one, by a factor of at least 0.2 and at most 4. N is not less than the number of
-// simulated turns for this reason, since it costs nothing to use them. The greatest depth grows by at most
+// simulated turns for this reason, since it costs nothing to use them. If 20 cycles in a row would have to be
+// shorter, wear cannot be extrapolated, and the cycles end. The greatest depth grows by at most
 // share × the present clearance in a cycle.
 //
 // Errors. The mean work of a turn has a standard error over turns and starts: the greater one of s/√n over all
@@ -29,6 +30,7 @@
 
 #include <functional>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 
 #include "study/wear/worn_bearing.hpp"
@@ -85,12 +87,17 @@ struct WearCycle {
 /// Why the cycles ended; failed: runs with the worn surfaces, or their wear, cannot be computed.
 enum class WearEnd { turns, depth, clearance, no_load, failed };
 
+/// The cycles cannot go on.
+struct WearStopped : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Makes the runs with these surfaces and returns the loads of each joint. `set`: counts the sets of runs from 0.
 using LoadsOf = std::function<std::vector<TurnLoads>(const std::vector<WornBearing>& surfaces, int set)>;
 
 /// Wears the joints until a limit is reached, and calls `done` after each cycle, first before any wear.
-/// `simulated`: turns of each run. `at_work` is called often while wear is computed. Throws NoEquilibrium, and
-/// what the functions throw.
+/// `simulated`: turns of each run. `at_work` is called often while wear is computed. Throws NoEquilibrium,
+/// WearStopped, and what the functions throw.
 WearEnd wear_cycles(std::vector<WornBearing> joints, const WearLimits& limits, double simulated,
                     const LoadsOf& loads_of, const std::function<void(const WearCycle&)>& done,
                     const std::function<void()>& at_work = {});

@@ -81,11 +81,6 @@ Case case_of(const Study& study, const std::string& formulation) {
           .overrides = study.wear->overrides};
 }
 
-/// Most runs with worn surfaces fail.
-struct RunsFailed : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 /// The wear of one formulation.
 class WearingFormulation {
  public:
@@ -124,7 +119,7 @@ class WearingFormulation {
                             plan.longest.value_or(WearLimits::none)};
     WearHistory history{formulation_, {}, WearEnd::turns, 0};
     const auto ended_by = [&](const std::exception& e) {
-      all_.failures.push_back(e.what());
+      all_.failures.push_back(fmt::format("{}: {}", formulation_, e.what()));
       history.end = WearEnd::failed;
     };
     try {
@@ -137,7 +132,7 @@ class WearingFormulation {
             progress_.share = way(cycle, limits);
           },
           [&] { show_progress(); });
-    } catch (const RunsFailed& e) {
+    } catch (const WearStopped& e) {
       ended_by(e);
     } catch (const NoEquilibrium& e) {
       ended_by(e);
@@ -252,8 +247,8 @@ class WearingFormulation {
       if (2 * starts.size() < starts_ || starts.empty()) {
         const auto& reason = *std::ranges::find_if(failures, [](const auto& f) { return !f.empty(); });
         if (set == 0) throw SceneError(fmt::format("{}: {}", study_.file.string(), reason));
-        throw RunsFailed(fmt::format("{}: {} of {} runs with worn surfaces (set {}) fail: {}", formulation_,
-                                     starts_ - starts.size(), starts_, set, reason));
+        throw WearStopped(fmt::format("{} of {} runs with worn surfaces (set {}) fail: {}",
+                                      starts_ - starts.size(), starts_, set, reason));
       }
       all.push_back(united(starts, all_.simulated));
     }

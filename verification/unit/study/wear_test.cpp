@@ -324,6 +324,19 @@ TEST_CASE("wear ends at a depth or a clearance, and without loads", "[wear]") {
   CHECK(run({.depth = 50e-6}, [](const auto&, int) { return std::vector<TurnLoads>(1); }) ==
         WearEnd::no_load);
   CHECK(cycles.size() == 1);
+  // Loads that change by half from run to run, whose turns are more than the clearance permits in a cycle
+  int made = 0;
+  const auto alternating = [&](const auto& surfaces, int set) {
+    ++made;
+    return model(surfaces, set % 2 == 0 ? 1 : 2);
+  };
+  const auto endless = [&](double longest) {
+    return wear_cycles({WornBearing(joint_of(64, k, 0))}, {.turns = 1e6, .longest = longest}, 1e6,
+                       alternating, [](const WearCycle&) {});
+  };
+  CHECK_THROWS_WITH(endless(WearLimits::none), Contains("wear cannot be extrapolated after"));
+  CHECK(made == 21);
+  CHECK(endless(1e6) == WearEnd::turns);
 }
 
 namespace {
