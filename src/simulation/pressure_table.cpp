@@ -78,6 +78,9 @@ BearingSurfaces surfaces_of(const Scene& scene, const BearingLoads& loads, std::
     const auto find = [&](double force) {
       solve(foundation, bearing, journal, turn, force, load.on_bearing, 0, pressure);
       out.greatest = std::max(out.greatest, pressure.greatest);
+      const auto pressed = std::ranges::count_if(pressure.p, [](double p) { return p > 0; });
+      out.width = std::max(out.width, foundation.bearing_radius * 2 * pi / static_cast<double>(n) *
+                                          static_cast<double>(pressed));
     };
     try {
       find(load.greatest);
@@ -156,6 +159,9 @@ void into(Result& result, const Scene& scene, const std::vector<BearingLoads>& l
     if (list[i].omitted > omitted_share * impulse)
       result.notes.push_back(
           diagnostic<Diagnostic::no_pressure>(l.joint, list[i].omitted, impulse, list[i].reason));
+    const auto& layer = scene.mechanism.surfaces[static_cast<std::size_t>(c.surface)].layer_thickness;
+    if (layer && list[i].width > 0 && *layer > list[i].width)
+      result.notes.push_back(diagnostic<Diagnostic::thick_layer>(l.joint, 1e3 * *layer, 1e3 * list[i].width));
     result.bearings.push_back(s);
   }
 }

@@ -39,6 +39,7 @@ struct BearingSurfaces {
   SurfaceLoad bearing;                      ///< of the bearing
   std::optional<SurfaceLoad> journal = {};  ///< empty if the directions in its body are merged
   double greatest = 0;                      ///< Pa, greatest pressure
+  double width = 0;                         ///< m, arc of the widest contact, up to two steps of the angle
   /// N s, ∫ F dt of loads that no position of the journal balances, and the first reason
   double omitted = 0;
   std::string reason = {};
@@ -54,7 +55,7 @@ std::vector<BearingSurfaces> pressures(const Scene& scene, const std::vector<Bea
 /// pressure.csv: `angle` and the columns of each joint.
 Table pressure_table(const std::vector<BearingSurfaces>& list);
 
-/// Writes Result::bearings, and a warning for omitted loads.
+/// Writes Result::bearings, a warning for omitted loads, and a note on a layer that is not thin.
 void into(Result& result, const Scene& scene, const std::vector<BearingLoads>& loads,
           const std::vector<BearingSurfaces>& list);
 

@@ -104,22 +104,25 @@ TEST_CASE("a foundation matched to Hertz's width has it, at any angle of the loa
   }
 }
 
-TEST_CASE("the width on the foundation is that of Persson's contact up to 30°", "[wear]") {
+TEST_CASE("the width on the foundation is that of Persson's contact up to 45°", "[wear]") {
   // Persson (1964) for like materials, with the half angle ε of the contact and b = tan(ε/2):
   // F = [E/(1 − ν²)] ΔR L π b²(b² + 1)/[2 − ln(b² + 1) − 2b⁴]. The foundation is not that solution: its
-  // width was computed independently (Python, 28,800 angles): 0.2 % wider at 10°, 1.6 % at 20°, 4.1 % at 30°.
+  // width was computed independently (Python, end of the contact by bisection). The grid rounds it by up to
+  // 0.006°.
   const std::size_t n = 28'800;
   const auto bearing = grid(n, round_surface);
   Pressure p;
-  for (const auto& [degrees, wider] : {std::pair{10.0, 0.01}, std::pair{20.0, 0.02}, std::pair{30.0, 0.05}}) {
+  for (const auto& [degrees, ratio] :
+       {std::pair{3.0, 0.9954}, std::pair{10.0, 1.0001}, std::pair{20.0, 1.0155}, std::pair{30.0, 1.0408},
+        std::pair{45.0, 1.0935}}) {
     CAPTURE(degrees);
     const double b = std::tan(degrees * M_PI / 360), b2 = b * b;
     const double force = 2 * modulus * c * length * M_PI * b2 * (b2 + 1) / (2 - std::log1p(b2) - 2 * b2 * b2);
     solve(matched(), bearing, {}, 0, force, 0, 0, p);
-    const auto pressed = std::ranges::count_if(p.p, [](double x) { return x > 0; });
+    // The hat functions of the two outer angles reach into the contact.
+    const auto pressed = std::ranges::count_if(p.p, [](double x) { return x > 0; }) - 2;
     const double angle = 180.0 * static_cast<double>(pressed) / static_cast<double>(n);
-    CHECK(angle > degrees * (1 - 0.005));
-    CHECK(angle < degrees * (1 + wider));
+    CHECK(angle / degrees == Approx(ratio).epsilon(0).margin(0.002));
   }
 }
 
@@ -146,7 +149,7 @@ TEST_CASE("softening adds its compliance to that of the foundation", "[wear]") {
   solve({R, c, length, 1 / (1 / K + s), 0}, bearing, {}, 0, 400, 0.8, 0, layer);
   CHECK((soft.centre - layer.centre).norm() < 1e-12 * c);
   for (std::size_t k = 0; k < bearing.size(); ++k)
-    CHECK(soft.p[k] == Approx(layer.p[k]).margin(1e-9 * layer.greatest));
+    CHECK(soft.p[k] == Approx(layer.p[k]).epsilon(0).margin(1e-9 * layer.greatest));
 }
 
 TEST_CASE("a load that no position of the journal balances is refused", "[wear]") {
@@ -164,6 +167,6 @@ TEST_CASE("polar deviations are those of the support function to second order", 
   for (std::size_t k = 0; k < list.size(); ++k) {
     const double phi = 2 * M_PI * static_cast<double>(k) / 720, s = a * std::sin(phi);
     // next term: s⁴/(8 R³) = 1e-11
-    CHECK(list[k] == Approx(a * std::cos(phi) + std::sqrt(R * R - s * s) - R).margin(2e-11));
+    CHECK(list[k] == Approx(a * std::cos(phi) + std::sqrt(R * R - s * s) - R).epsilon(0).margin(2e-11));
   }
 }
