@@ -476,9 +476,7 @@ Points RunColumns::read(const ColumnFormula& x, const ColumnFormula& y, double f
         fmt::format("{} and {} have no rows in common: their times differ in their files", x.text, y.text));
   Points points;
   const auto add = [&](double a, double b) {
-    if (!std::isfinite(a) || !std::isfinite(b)) return;
-    points.x.push_back(a);
-    points.y.push_back(b);
+    if (std::isfinite(a) && std::isfinite(b)) points.x.push_back(a), points.y.push_back(b);
   };
   if (!section) {
     for (const auto& r : rows) add(r.x, r.y);

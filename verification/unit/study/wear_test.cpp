@@ -282,6 +282,7 @@ TEST_CASE("the stated statistical error covers the scatter of random loads", "[w
   // force with a standard deviation of 20 %; four starts a cycle.
   const double sliding = 1, turns = 2000;
   int covered = 0;
+  double squares = 0;
   for (unsigned set = 0; set < 40; ++set) {
     std::mt19937_64 engine(set + 1);
     std::normal_distribution<double> draw(1, 0.2);
@@ -300,12 +301,16 @@ TEST_CASE("the stated statistical error covers the scatter of random loads", "[w
     WornBearing mean(joint_of(64, k, 0));
     mean.wear(std::vector{load_at(0.3, 0, F, sliding)}, turns, 1e-3);
     CHECK(last.in_bearing.statistical > 0);
-    const double error = 1.96 * last.in_bearing.statistical + last.in_bearing.extrapolation;
-    if (std::abs(last.in_bearing.depth - mean.greatest_bearing()) < error) ++covered;
+    const double z = (last.in_bearing.depth - mean.greatest_bearing()) / last.in_bearing.statistical;
+    if (std::abs(z) < 1.96) ++covered;
+    squares += z * z;
   }
-  // The standard errors of four starts have a few degrees of freedom only, and depth grows less than area, which
-  // makes them wider. Of 40 intervals of 90 % or more, fewer than 31 cover with a probability below 1 %.
-  CHECK(covered >= 31);
+  // Without the extrapolation error. Depth grows as the power 2/3 of the area, so the stated errors are wider than
+  // necessary: 20,000 sets of a model of depths and errors (Python) have an rms deviation of 0.62 standard errors,
+  // those of 40 from 0.41 to 0.84 and at least 37 within 1.96.
+  CHECK(covered >= 37);
+  CHECK(std::sqrt(squares / 40) > 0.4);
+  CHECK(std::sqrt(squares / 40) < 0.9);
 }
 
 TEST_CASE("wear ends at a depth or a clearance, and without loads", "[wear]") {
