@@ -48,8 +48,8 @@ bool Rows::next() {
   if (!lines_.next(line_)) return false;
   split();
   if (fields_.size() != names_.size())
-    throw SceneError(fmt::format("{}:{}: has {} fields, the header {}", file_, lines_.number(),
-                                 fields_.size(), names_.size()));
+    throw SceneError(
+        fmt::format("{}:{}: {}", file_, lines_.number(), wrong_count(fields_.size(), names_.size())));
   return true;
 }
 

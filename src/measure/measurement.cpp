@@ -136,8 +136,7 @@ Measurement read_measurement(const std::filesystem::path& file, double speed, do
     const long number = in.number();
     if (trimmed(line).empty() || line[0] == '#') continue;
     const auto list = fields(line);
-    if (list.size() != names.size())
-      fail(number, fmt::format("has {} fields, the header {}", list.size(), names.size()));
+    if (list.size() != names.size()) fail(number, wrong_count(list.size(), names.size()));
     if (!choice.takes(list)) continue;
     const auto value = [&](int column) {
       const auto& text = list[column];

@@ -51,6 +51,10 @@ std::string wrong_separator(const std::string& header) {
   return "";
 }
 
+std::string wrong_count(std::size_t fields, std::size_t columns) {
+  return fmt::format("has {} field{}, the header has {}", fields, fields == 1 ? "" : "s", columns);
+}
+
 std::optional<double> number_in(std::string_view text) {
   double x = 0;
   const auto* end = text.data() + text.size();
@@ -86,7 +90,7 @@ std::vector<std::pair<double, double>> read_points(const std::string& text,
   while (rows.next()) {
     const auto& list = rows.fields();
     if (list.size() != header.size())
-      fail(fmt::format("line {} has {} fields, the header {}", rows.number(), list.size(), header.size()));
+      fail(fmt::format("line {} {}", rows.number(), wrong_count(list.size(), header.size())));
     std::array<double, 2> point{};
     for (std::size_t i = 0; i < 2; ++i) {
       const auto& field = list[place[i]];

@@ -2,6 +2,7 @@
 // the first two. Empty lines and lines that begin with # are ignored.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <sstream>
@@ -36,6 +37,8 @@ class TextRows {
 };
 /// Message for a header whose separator is not a comma; empty for any other.
 std::string wrong_separator(const std::string& header);
+/// Message for a line with another number of fields than its header.
+std::string wrong_count(std::size_t fields, std::size_t columns);
 /// The number that is the whole text.
 std::optional<double> number_in(std::string_view text);
 /// A text without spaces and quotes at its ends; the fields of a line, each without them.

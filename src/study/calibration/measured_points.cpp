@@ -116,8 +116,7 @@ std::vector<MeasuredQuantity> read_measured_points(const Study& study) {
       if (!x || !std::isfinite(*x)) at_line(fmt::format("{} must be a number", header[k]));
       return *x;
     };
-    if (row.size() != header.size())
-      at_line(fmt::format("has {} fields, the header has {}", row.size(), header.size()));
+    if (row.size() != header.size()) at_line(wrong_count(row.size(), header.size()));
     const auto& name = row[quantity];
     if (std::ranges::find(known, name) == known.end())
       at_line(fmt::format("the study has no measure or derived column \"{}\"; it has {}", name,

@@ -238,11 +238,13 @@ class RowRuns {
     case_.overrides = variant.overrides;
     const VectorXd middle = VectorXd::Zero(static_cast<Index>(unknowns.size()));
     // Errors of keys and columns have their places in the study.
-    require_runnable(study_, at_row(0, middle), conduct_);
+    at_line(0, [&] { require_runnable(study_, at_row(0, middle), conduct_); });
     const auto text = read_text(variant.scene);
     for (std::size_t i = 0; i < table.size(); ++i)
-      texts_.push_back(std::make_shared<const SceneText>(text, variant.scene.string(), with_row(i),
-                                                         study.reach == Reach::anywhere));
+      texts_.push_back(at_line(i, [&] {
+        return std::make_shared<const SceneText>(text, variant.scene.string(), with_row(i),
+                                                 study.reach == Reach::anywhere);
+      }));
     for (const auto& t : study.rows->targets)
       measures_.push_back(static_cast<std::size_t>(std::ranges::find(study.measures, t.name, &Measure::name) -
                                                    study.measures.begin()));
@@ -253,7 +255,7 @@ class RowRuns {
     MatrixXd d = MatrixXd::Constant(static_cast<Index>(rows.size()), static_cast<Index>(targets.size()), NAN);
     execute_jobs(threads_, rows.size(), conduct_.stop, [&](std::size_t k) {
       const auto row = rows[k];
-      const auto result = run_case(study_, at_row(row, xi), conduct_);
+      const auto result = at_line(row, [&] { return run_case(study_, at_row(row, xi), conduct_); });
       if (result.ending.status != Ending::Status::finished) return;
       for (std::size_t t = 0; t < targets.size(); ++t) {
         const auto column = static_cast<Index>(t);
@@ -270,6 +272,13 @@ class RowRuns {
   long made = 0;  ///< number of runs
 
  private:
+  /// Returns f(); an error of a row's scene names its line.
+  template <class F>
+  auto at_line(std::size_t row, const F& f) const -> decltype(f()) try {
+    return f();
+  } catch (const ModelError& e) {
+    throw SceneError(fmt::format("{}: line {}: {}", study_.rows->file.string(), table_.lines[row], e.what()));
+  }
   std::vector<std::string> with_row(std::size_t row) const {
     auto all = case_.overrides;
     all.insert(all.end(), table_.settings[row].begin(), table_.settings[row].end());
@@ -300,6 +309,11 @@ class RowRuns {
 std::vector<RowPrediction> predict_rows(const Study& given, const RowTable& table, bool hold_out,
                                         const Conduct& conduct, int threads,
                                         const std::function<void(const std::string&, double)>& on_progress) {
+  if (hold_out && static_cast<int>(table.size()) < given.rows->parts)
+    throw SceneError(
+        fmt::format("{}: has {} rows that are used, fewer than the {} parts of rows.hold_out that "
+                    "are predicted; calibrate needs no parts",
+                    given.rows->file.string(), table.size(), given.rows->parts));
   auto study = given;
   study.starts.perturbation = {.turn = 0, .play = 0, .vary = {}};  // each row states its start
   const Resampling resampling{study.rows->resamples, study.starts.seed, threads};

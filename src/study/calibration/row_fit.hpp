@@ -7,8 +7,8 @@
 // and the fit minimises S(ξ) = Σ r_i over ξ ∈ [−1, 1]ⁿ, the unknowns scaled to their ranges. The sum of
 // norms, not of squares, is taken because measured impacts have outliers: a row pulls by a bounded amount.
 //
-// Algorithm: a coarse search along each unknown by some of the rows, then a trust-region method. d_i is linearised with the derivatives from displaced runs. The linear
-// model Σ |d_i + J_i s| is minimised over the box of |s_j| ≤ Δ and the ranges, by iteratively reweighted least
+// Algorithm: a coarse search along each unknown by some of the rows, then a trust-region method. d_i is
+// linearised with the derivatives from displaced runs. The linear model Σ |d_i + J_i s| is minimised over the box of |s_j| ≤ Δ and the ranges, by iteratively reweighted least
 // squares with the weights 1/max(|d_i + J_i s|, ε) (R. H. Byrd and D. A. Payne, Convergence of the iteratively
 // reweighted least squares algorithm for robust regression, Johns Hopkins University, 1979), ε a thousandth of
 // the mean residual. A step is taken if S decreases by a tenth of the predicted amount; otherwise Δ decreases
@@ -74,7 +74,7 @@ struct RowPrediction {
 };
 
 /// Fits each variant of a study with [rows] in each of its formulations: to all rows, or with `hold_out` in
-/// parts. Throws SceneError if a scene cannot be run, or a run fails at the end of a fit.
+/// parts. Throws SceneError if a scene cannot be run, a run fails at the end of a fit, or a part has no rows.
 std::vector<RowPrediction> predict_rows(const Study& given, const RowTable& table, bool hold_out,
                                         const Conduct& conduct, int threads,
                                         const std::function<void(const std::string&, double)>& on_progress);

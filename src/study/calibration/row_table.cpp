@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "io/files/escaping.hpp"
 #include "io/scene/points_file.hpp"
 #include "io/scene/section.hpp"
 #include "study/settings/expression.hpp"
@@ -99,6 +100,10 @@ RowTable read_rows(const Study& study) {
   if (columns.size() == 1)
     if (const auto what = wrong_separator(columns.front()); !what.empty()) fail(what);
 
+  for (auto name = columns.begin(); name != columns.end(); ++name)
+    if (std::find(columns.begin(), name, *name) != name)
+      fail(fmt::format("has two columns \"{}\"", visible(*name)));
+
   std::vector<RowSetting> settings;
   for (const auto& set : r.overrides) settings.emplace_back(study, set, columns);
   std::vector<ColumnExpression> targets, classes, where;
@@ -120,8 +125,7 @@ RowTable read_rows(const Study& study) {
       fail(fmt::format("line {}: {}", text.number(), what));
     };
     const auto& fields = text.fields();
-    if (fields.size() != columns.size())
-      at_line(fmt::format("has {} fields, the header has {}", fields.size(), columns.size()));
+    if (fields.size() != columns.size()) at_line(wrong_count(fields.size(), columns.size()));
     for (std::size_t k = 0; k < fields.size(); ++k) {
       const auto x = number_in(fields[k]);
       if (!x || !std::isfinite(*x)) at_line(fmt::format("{} must be a number", columns[k]));
@@ -138,9 +142,7 @@ RowTable read_rows(const Study& study) {
     table.part.push_back(static_cast<int>(table.lines.size()) % r.parts);
     table.lines.push_back(text.number());
   }
-  if (static_cast<int>(table.size()) < r.parts)
-    fail(fmt::format("has {} rows that are used, fewer than the {} parts of rows.hold_out", table.size(),
-                     r.parts));
+  if (table.size() == 0) fail("has no row that is used");
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   table.measured = Eigen::Map<const RowMajor>(measured.data(), static_cast<Eigen::Index>(table.size()),
                                               static_cast<Eigen::Index>(targets.size()));

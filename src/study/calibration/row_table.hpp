@@ -28,7 +28,7 @@ int class_of(const RowClasses& classes, double value);
 std::string class_name(const RowClasses& classes, int number);
 
 /// Reads study.rows. Throws SceneError for a wrong expression, a line that is not numeric, an expression
-/// without a value, or a part without rows.
+/// without a value, or no row.
 RowTable read_rows(const Study& study);
 
 }  // namespace freeplay

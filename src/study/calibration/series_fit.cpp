@@ -182,6 +182,10 @@ class SeriesModel {
         if (!recorder(simulation.layout(), target.channel, record))
           throw wrong_channel(study_, target, simulation.layout());
       });
+      if (const double first = measured_[i].t.front(); first < 0)
+        throw error_at(
+            study_, {"calibrate", "targets", target.name, "from"},
+            fmt::format("the run begins at 0 s, after the first compared sample at {} s; set from", first));
       if (const double last = measured_[i].t.back(), end = scene->run.duration; last > end)
         throw error_at(study_, {"calibrate", "targets", target.name, "until"},
                        fmt::format("the run ends at {} s, before the last compared sample at {} s; set until "

@@ -188,7 +188,7 @@ TEST_CASE("force figures: broken files are refused, empty ones draw nothing", "[
   write_file(out / "forces.csv", "");
   test::refused("figures " + out.string(), Contains("forces.csv: is empty"));
   write_file(out / "forces.csv", "t,main.fx_mean,main.fy_mean,main.m_mean\n0,1,2,3\n1,2\n");
-  test::refused("figures " + out.string(), Contains("forces.csv:3: has 2 fields, the header 4"));
+  test::refused("figures " + out.string(), Contains("forces.csv:3: has 2 fields, the header has 4"));
 }
 
 TEST_CASE("force figures: constant reactions that are statically indeterminate", "[figures]") {

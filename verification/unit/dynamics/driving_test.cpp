@@ -54,7 +54,7 @@ TEST_CASE("points of a curve may be read from a file beside the scene", "[drivin
        {"file = \"m.csv\"\npoints = [[0, 1], [1, 2]]", "exactly one of points and file"},
        {"points = [[0, 1], [1, 2]]\ncolumns = [\"a\", \"b\"]", "names columns of a file"},
        {"file = \"bad.csv\"", "line 3: x: \"oh\" is not a finite number"},
-       {"file = \"short.csv\"", "line 3 has 1 fields, the header 2"},
+       {"file = \"short.csv\"", "line 3 has 1 field, the header has 2"},
        {"file = \"back.csv\"", "must increase in x; 0 follows 0"},
        {"file = \"bare.csv\"", "curves.c.file: line 1: expected a header with the names of the columns"},
        {"points = []", "must be a list of pairs [[a, b], ...], is an empty one"}});

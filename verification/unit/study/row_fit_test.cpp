@@ -237,8 +237,8 @@ TEST_CASE("errors of measured rows have their place", "[rows]") {
   CHECK_THAT(changed("[1.65]", "[2, 1]"), Contains("must increase"));
   CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nwhere = \"v\"\n"),
              Contains("rows.where"));
-  CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nwhere = \"v > 1\"\n"),
-             Contains("fewer than the 2 parts"));
+  CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nwhere = \"v > 2\"\n"),
+             Contains("falls.csv: has no row that is used"));
   CHECK_THAT(changed("file = \"falls.csv\"\n", "file = \"falls.csv\"\nhold_out = 1\n"), Contains("from 2"));
   CHECK_THAT(reading(falls + "[variants.a]\nunknowns = [\"mu\"]\n"),
              Contains("variants.a.unknowns") && Contains("mu"));
@@ -247,6 +247,22 @@ TEST_CASE("errors of measured rows have their place", "[rows]") {
              Contains("needs the measured runs, [rows]"));
   desk.put("falls.csv", "v,after\n1,0.5\n2,x\n");
   CHECK_THAT(reading(falls), Contains("falls.csv: line 3: after must be a number"));
+  desk.put("falls.csv", "v,after\n1,0.5\n2\n");
+  CHECK_THAT(reading(falls), Contains("falls.csv: line 3: has 1 field, the header has 2"));
+  desk.put("falls.csv", "v,after,v\n1,0.5,1\n");
+  CHECK_THAT(reading(falls), Contains("falls.csv: has two columns \"v\""));
+  // One row is enough for calibrate, but has no parts.
+  const auto predicting = [&](const std::string& text, bool hold_out) {
+    const auto study = desk.read(text);
+    return test::refusal_of<SceneError>([&] { predict_rows(study, read_rows(study), hold_out, {}, 1, {}); });
+  };
+  desk.put("falls.csv", "v,after\n1,0.5\n");
+  CHECK_THAT(predicting(falls, true), Contains("fewer than the 2 parts of rows.hold_out"));
+  CHECK_NOTHROW(predict_rows(desk.read(falls), read_rows(desk.read(falls)), false, {}, 1, {}));
+  // An invalid scene of one row: the run would last −2 s.
+  desk.put("falls.csv", "v,after\n1,0.5\n-2,1\n");
+  CHECK_THAT(predicting(test::replaced(falls, "set = [", "set = [\"run.duration={v}\", "), false),
+             Contains("falls.csv: line 3: ") && Contains("run.duration"));
   desk.put("falls.csv", "v,after\n1,0.5\n2,1\n");
   // A key that the scene does not have.
   const auto study =

@@ -233,6 +233,11 @@ TEST_CASE("wrong keys of a series are refused with their position", "[calibrate]
              Contains("channel") && Contains("did you mean actuator.fx"));
   CHECK_THAT(refused(series("fitted", "set = [\"run.duration=0.5\"]\n")),
              Contains("until") && Contains("the run ends at 0.5 s"));
+  std::string early = "t,force\n";
+  for (int i = 0; i < 40; ++i) early += fmt::format("{},{}\n", 0.01 * (i - 10), i % 7);
+  desk.put("early.csv", early);
+  const auto beside = test::target("fitted", "series", "channel = \"actuator.fx\"\ndata = \"early.csv\"\n");
+  CHECK_THAT(refused(beside), Contains("from") && Contains("the run begins at 0 s"));
   CHECK_THAT(refused(series("fitted", "set = [\"bodies.drum.mas=1\"]\n")),
              Contains("study.toml:") && Contains("bodies.drum.mas"));
   CHECK_THAT(refused(series("fitted", "from = 0.99\n")), Contains("3 samples in the compared time"));

@@ -75,7 +75,7 @@ TEST_CASE("a measured table with other units, gaps or values that are no acceler
          "data.csv:1: the columns are separated by semicolons; separate them by commas, and write numbers "
          "with a decimal point, not a decimal comma"},
         {"acceleration", [](int) { return "1"; }, "data.csv:1: the header must name"},
-        {"t,acceleration", [](int i) { return std::to_string(i); }, ":2: has 1 fields"},
+        {"t,acceleration", [](int i) { return std::to_string(i); }, ":2: has 1 field,"},
         {"t,acceleration", [&](int i) { return i == 7 ? "0.07,nan" : plain(i); },
          ":9: acceleration: \"nan\" is not a finite number"},
         {"t,acceleration", [](int i) { return two_numbers(0.01 * (i < 90 ? i : i + 20), wave(i)); },
