@@ -89,10 +89,17 @@ struct Ridge {
   double change = 0;  ///< of that statistic from one end of the ridge to the other, relative
 };
 
-/// Result of a fit to some of the targets.
-struct Fit {
-  std::vector<bool> used;  ///< which targets
+/// The optimum of a fit in the ranges of its unknowns.
+struct Optimum {
   Eigen::VectorXd xi;
+  bool at_bound(std::size_t unknown) const {
+    return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
+  }
+};
+
+/// Result of a fit to some of the targets.
+struct Fit : Optimum {
+  std::vector<bool> used;  ///< which targets
   std::vector<Estimate> unknowns;
   std::vector<Estimate> on_surface;  ///< statistic of each target on the surface at the optimum
   std::vector<Estimate> run_again;   ///< runs at the optimum: mean and 95 % interval over starts
@@ -123,9 +130,6 @@ struct Fit {
   /// above half of the measurement's uncertainty. If not, the fit is open: it has no intervals.
   bool settled = true;
   bool holds() const { return settled && !rejected && std::ranges::none_of(contradicted, std::identity{}); }
-  bool at_bound(std::size_t unknown) const {
-    return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
-  }
 };
 
 /// f − min f at two unknowns, minimised over the others.

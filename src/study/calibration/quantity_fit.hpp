@@ -34,23 +34,19 @@ struct FittedQuantity {
 };
 
 /// Result of a calibration to quantities.
-struct QuantityFit {
+struct QuantityFit : Optimum {
   std::vector<FittedQuantity> targets;  ///< in the order of the study
-  Eigen::VectorXd xi;
-  std::vector<Estimate> unknowns;  ///< with 95 % intervals; none if the fit is rejected
-  Eigen::MatrixXd correlation;     ///< of the unknowns
-  double squares = 0;              ///< Σ ((Q_i − m_i)/σ_i)² over the used targets
-  int degrees = 0;                 ///< of χ²: used targets less unknowns
-  bool rejected = false;           ///< `squares` exceeds the 99 % quantile of χ²
-  int horizon = 0;                 ///< number of the last contact event used; 0: none
-  bool beyond = false;             ///< some targets lie beyond the horizon
-  int runs = 0;                    ///< runs with derivatives
-  int iterations = 0;              ///< of Ipopt, over all stages
+  std::vector<Estimate> unknowns;       ///< with 95 % intervals; none if the fit is rejected
+  Eigen::MatrixXd correlation;          ///< of the unknowns
+  double squares = 0;                   ///< Σ ((Q_i − m_i)/σ_i)² over the used targets
+  int degrees = 0;                      ///< of χ²: used targets less unknowns
+  bool rejected = false;                ///< `squares` exceeds the 99 % quantile of χ²
+  int horizon = 0;                      ///< number of the last contact event used; 0: none
+  bool beyond = false;                  ///< some targets lie beyond the horizon
+  int runs = 0;                         ///< runs with derivatives
+  int iterations = 0;                   ///< of Ipopt, over all stages
   /// The fit is not rejected and determines every unknown.
   bool holds() const { return !rejected && std::ranges::none_of(unknowns, &Estimate::open); }
-  bool at_bound(std::size_t unknown) const {
-    return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
-  }
 };
 
 /// Whether the targets are quantities of single runs. A study has either these or statistics.

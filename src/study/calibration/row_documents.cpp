@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "measure/turns.hpp"
 #include "study/calibration/calibration_documents.hpp"
 
 namespace freeplay {
@@ -14,11 +13,6 @@ namespace {
 
 std::string fit_name(const RowPrediction& p, std::size_t fit) {
   return p.fits.size() == 1 ? "all rows" : fmt::format("without part {}", fit);
-}
-
-double share_of(std::vector<double> list, double p) {
-  std::ranges::sort(list);
-  return quantile(list, p);
 }
 
 nlohmann::json json_of_fit(const RowPrediction& p, const RowFit& fit) {
@@ -29,12 +23,13 @@ nlohmann::json json_of_fit(const RowPrediction& p, const RowFit& fit) {
         {"key", p.unknowns[j].key}, {"unit", p.unknowns[j].unit}, {"value", e.value},        {"low", e.low},
         {"high", e.high},           {"open_low", e.open_low},     {"open_high", e.open_high}};
   }
-  return {{"rows", fit.residuals.size()},
-          {"unknowns", unknowns},
-          {"steps", fit.iterations},
-          {"settled", fit.settled},
-          {"fitted_residuals",
-           {{"median", share_of(fit.residuals, 0.5)}, {"ninety_per_cent", share_of(fit.residuals, 0.9)}}}};
+  return {
+      {"rows", fit.residuals.size()},
+      {"unknowns", unknowns},
+      {"steps", fit.iterations},
+      {"settled", fit.settled},
+      {"fitted_residuals",
+       {{"median", quantile_of(fit.residuals, 0.5)}, {"ninety_per_cent", quantile_of(fit.residuals, 0.9)}}}};
 }
 
 }  // namespace
@@ -66,8 +61,8 @@ std::string fitted_text(const std::vector<RowPrediction>& predictions) {
   for (const auto& p : predictions)
     for (std::size_t f = 0; f < p.fits.size(); ++f)
       table.row(p.fits.size() == 1 ? p.name() : fmt::format("{} {}", p.name(), fit_name(p, f)),
-                p.fits[f].residuals.size(), fmt::format("{:.4g}", share_of(p.fits[f].residuals, 0.5)),
-                fmt::format("{:.4g}", share_of(p.fits[f].residuals, 0.9)));
+                p.fits[f].residuals.size(), fmt::format("{:.4g}", quantile_of(p.fits[f].residuals, 0.5)),
+                fmt::format("{:.4g}", quantile_of(p.fits[f].residuals, 0.9)));
   return table.terminal({46, 8, 10, 10});
 }
 

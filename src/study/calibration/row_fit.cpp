@@ -97,11 +97,6 @@ class Draws {
   std::mt19937_64 engine_;
 };
 
-double sorted_quantile(std::vector<double> list, double p) {
-  std::ranges::sort(list);
-  return quantile(list, p);
-}
-
 /// Whether an unknown has no influence here: its whole range of 2 changes S by less than a thousandth.
 bool is_flat(const MatrixXd& slope, const MatrixXd& d) {
   return 2 * slope.rowwise().norm().sum() <= 1e-3 * d.rowwise().norm().sum();
@@ -124,7 +119,7 @@ void add_intervals(RowFit& fit, const LinearRows& rows, const std::vector<Unknow
   for (std::size_t j = 0; j < unknowns.size(); ++j) {
     const auto row = fits.row(static_cast<Index>(j));
     const std::vector<double> drawn(row.begin(), row.end());
-    const double from = sorted_quantile(drawn, 0.025), to = sorted_quantile(drawn, 0.975);
+    const double from = quantile_of(drawn, 0.025), to = quantile_of(drawn, 0.975);
     const bool free = is_flat(rows.slope[j], rows.d);
     constexpr double end = 1 - 1e-6;
     fit.unknowns.push_back({unscaled(unknowns[j], fit.xi[static_cast<Index>(j)]),
@@ -160,6 +155,11 @@ std::vector<std::size_t> some_of(std::span<const std::size_t> rows) {
 }
 
 }  // namespace
+
+double quantile_of(std::vector<double> list, double p) {
+  std::ranges::sort(list);
+  return quantile(list, p);
+}
 
 RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
                 const std::vector<Unknown>& unknowns, const Resampling& resampling) {
@@ -382,7 +382,7 @@ void add_summaries(std::vector<RowSummary>& all, const std::string& name,
   for (int b = 0; b < resampling.count; ++b) {
     for (auto& place : drawn) place = rows[draws.below(rows.size())];
     for (std::size_t m = 0; m < predictions.size(); ++m)
-      medians[m].push_back(sorted_quantile(of(predictions[m], drawn), 0.5));
+      medians[m].push_back(quantile_of(of(predictions[m], drawn), 0.5));
   }
   std::size_t best = 0;
   for (std::size_t m = 0; m < predictions.size(); ++m) {
@@ -391,10 +391,10 @@ void add_summaries(std::vector<RowSummary>& all, const std::string& name,
     s.model = m;
     s.rows = name;
     s.count = rows.size();
-    s.median = {.value = sorted_quantile(own, 0.5),
-                .low = sorted_quantile(medians[m], 0.025),
-                .high = sorted_quantile(medians[m], 0.975)};
-    s.ninety = sorted_quantile(own, 0.9);
+    s.median = {.value = quantile_of(own, 0.5),
+                .low = quantile_of(medians[m], 0.025),
+                .high = quantile_of(medians[m], 0.975)};
+    s.ninety = quantile_of(own, 0.9);
     for (Index k = 0; k < predictions[m].difference.cols(); ++k) {
       double total = 0;
       for (const auto i : rows) total += predictions[m].difference(static_cast<Index>(i), k);
@@ -407,7 +407,7 @@ void add_summaries(std::vector<RowSummary>& all, const std::string& name,
   for (std::size_t m = 0; m < predictions.size(); ++m) {
     auto excess = medians[m];
     for (std::size_t b = 0; b < excess.size(); ++b) excess[b] -= medians[best][b];
-    all[first + m].worse = m != best && sorted_quantile(excess, 0.025) > 0;
+    all[first + m].worse = m != best && quantile_of(excess, 0.025) > 0;
   }
 }
 

@@ -44,16 +44,15 @@ struct Resampling {
   int threads = 1;  ///< for the fits to the draws; 0: all cores
 };
 
+/// Quantile p of a list in any order.
+double quantile_of(std::vector<double> list, double p);
+
 /// A fit to some rows.
-struct RowFit {
-  Eigen::VectorXd xi;
+struct RowFit : Optimum {
   std::vector<Estimate> unknowns;  ///< with 95 % intervals; both ends are open if it has no influence
   std::vector<double> residuals;   ///< of the fitted rows
   int iterations = 0;              ///< accepted steps
   bool settled = false;            ///< whether the search ended at a minimum
-  bool at_bound(std::size_t unknown) const {
-    return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
-  }
 };
 
 /// Fits unknowns to these rows. Throws std::runtime_error if a run fails at every start or beside an accepted

@@ -54,8 +54,7 @@ struct ComparedSeries {
 };
 
 /// Result of a calibration to series.
-struct SeriesFit {
-  Eigen::VectorXd xi;
+struct SeriesFit : Optimum {
   std::vector<Estimate> unknowns;  ///< 95 % intervals; NaN: too few independent samples
   Eigen::MatrixXd correlation;     ///< of the unknowns
   double independent = 0;          ///< samples of the fitted series, over τ
@@ -66,9 +65,6 @@ struct SeriesFit {
   bool holds() const {
     return converged && std::ranges::none_of(unknowns, &Estimate::open) &&
            std::ranges::all_of(series, &std::string::empty, &ComparedSeries::reason);
-  }
-  bool at_bound(std::size_t unknown) const {
-    return std::abs(xi[static_cast<Eigen::Index>(unknown)]) > 0.999;
   }
 };
 
