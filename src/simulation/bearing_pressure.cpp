@@ -307,11 +307,12 @@ class JournalSearch {
 
 }  // namespace
 
+double Foundation::half_width(double force) const {
+  return std::sqrt(4 * force * bearing_radius * journal_radius() / (pi * modulus * length * clearance));
+}
+
 double Foundation::at(double force) const {
-  if (stiffness > 0) return stiffness;
-  const double width =
-      std::sqrt(4 * force * bearing_radius * journal_radius() / (pi * modulus * length * clearance));
-  return 3 * pi / 8 * modulus / width;
+  return stiffness > 0 ? stiffness : 3 * pi / 8 * modulus / half_width(force);
 }
 
 double layer_stiffness(const Surface& surface) {
@@ -360,6 +361,12 @@ double RoundFoundation::energy(double depth) {
 
 void solve(const Foundation& foundation, std::span<const double> bearing, std::span<const double> journal,
            double turn, double force, double direction, double softening, Pressure& out) {
+  const auto& f = foundation;
+  if (f.stiffness == 0 && 2 * f.half_width(force) > pi * f.bearing_radius)
+    throw NoEquilibrium(
+        fmt::format("under a load of {:.4g} N Hertz's contact would be {:.3g} mm wide, more than half of the "
+                    "bearing's circumference: the clearance of {:.3g} mm is too small for it; give a layer",
+                    force, 2e3 * f.half_width(force), 1e3 * f.clearance));
   JournalSearch(foundation, bearing, journal, turn, out)
       .solve({force * std::cos(direction), force * std::sin(direction)},
              1 / foundation.at(force) + softening);

@@ -51,6 +51,8 @@ struct Foundation {
 
   /// m, R_j
   double journal_radius() const { return bearing_radius - clearance; }
+  /// a (m), Hertz's half width at a load (N, > 0).
+  double half_width(double force) const;
   /// K (Pa/m) at a load (N, > 0).
   double at(double force) const;
 };
@@ -99,7 +101,8 @@ struct NoEquilibrium : std::runtime_error {
 /// bearing: d_b (m) at n ≥ 8 equal angles from 0 in the axes of the bearing's body, > 0: larger bearing, as
 /// of wear. journal: d_j (m) at n_j equal angles in the axes of the journal's body, < 0: worn; empty:
 /// round. turn: θ_j − θ_i (rad). softening: s (m/Pa), for implicit steps of wear. Allocates nothing if
-/// `out` was used for the same n before. Throws NoEquilibrium.
+/// `out` was used for the same n before. Throws NoEquilibrium, also if Hertz's contact, to which K is matched,
+/// would be wider than half of the circumference.
 void solve(const Foundation& foundation, std::span<const double> bearing, std::span<const double> journal,
            double turn, double force, double direction, double softening, Pressure& out);
 

@@ -126,6 +126,15 @@ TEST_CASE("the width on the foundation is that of Persson's contact up to 45°",
   }
 }
 
+TEST_CASE("a contact wider than half of the bearing is refused", "[wear]") {
+  // 2a = πR at the clearance 16 F/(π³ E* L) = 22.4 nm.
+  const auto bearing = grid(90, round_surface);
+  Pressure p;
+  CHECK_THROWS_WITH(solve({R, 20e-9, length, 0, modulus}, bearing, {}, 0, 100, 0, 0, p),
+                    Catch::Matchers::Contains("more than half of the bearing's circumference"));
+  CHECK_NOTHROW(solve({R, 25e-9, length, 0, modulus}, bearing, {}, 0, 100, 0, 0, p));
+}
+
 TEST_CASE("in a close bearing the pressure is that of the contact law", "[wear]") {
   // p = K ⟨(c + δ) cos φ − c⟩ neglects terms in c/R, here 1e-4.
   const double K = 1e13, close = 1e-6;
