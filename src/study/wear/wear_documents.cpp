@@ -234,7 +234,8 @@ std::string wear_page(const Study& study, const WearStudy& all) {
       "# Wear: {}\n\n{}\n{}\n"
       "Depths are the greatest ones, ± 1.96 standard errors and the extrapolation error, at least a unit of the "
       "last digit. The clearance is half of the greatest free movement of the journal; the greatest one adds both "
-      "depths to the nominal clearance. Each set of runs has {} starts of {:.4g} turns; surfaces of the runs are rounded by at most {:.2g} um.\n",
+      "depths to the nominal clearance. Each set of runs has {} starts of {:.4g} turns; surfaces of the runs are "
+      "rounded by at most {:.2g} um.\n",
       study.title.empty() ? study.file.stem().string() : study.title, conclusion(*study.wear, all),
       table.markdown(), all.starts, all.simulated,
       1e6 * std::ranges::max(all.histories, {}, &WearHistory::rounding).rounding);

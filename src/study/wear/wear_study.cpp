@@ -164,6 +164,7 @@ class WearingFormulation {
     std::size_t next_place = 0;
     progress_.set = set;
     progress_.done = 0;
+    show_progress();
     const auto ended = [&] {
       ++progress_.done;
       show_progress();

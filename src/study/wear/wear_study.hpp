@@ -40,7 +40,7 @@ struct WearStudy {
   bool interrupted = false;            ///< histories are then not complete
 };
 
-/// What it reports after each run, and often while wear is computed.
+/// What it reports at the beginning of a set, after each run, and often while wear is computed.
 struct WearProgress {
   std::string formulation;
   double turns = 0, share = 0;     ///< after the last cycle; share: of the way to the nearest limit
