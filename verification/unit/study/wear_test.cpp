@@ -217,18 +217,18 @@ TEST_CASE("loads of several starts: means, standard errors and wider classes", "
   CHECK(all.loads[0].on_bearing == Approx((10 * 0.1 + 30 * 0.1001) / 40));
   CHECK(all.even.size() == 1);
   CHECK(all.odd.size() == 2);
-  // 1000 classes of directions in both bodies become at most 400, with the same work.
+  // 1000 classes of directions in both bodies become at most 120, with the same work.
   BearingLoads many;
   for (int i = 0; i < 1000; ++i) many.loads.push_back(load_at(0.001 + 0.006 * i, 0.001 + 0.0062 * i, 1, 1));
   const auto wide = united({many}, 1);
-  CHECK(wide.loads.size() <= 400);
+  CHECK(wide.loads.size() <= 120);
   double work = 0;
   for (const auto& load : wide.loads) work += load.work;
   CHECK(work == Approx(1000));
-  // Six of them, 0.006 rad apart, fill a class of two degrees: √12 times the standard deviation 0.0102 rad.
+  // Seventeen of them, 0.006 rad apart, fill a class of six degrees: √12 times their standard deviation.
   double widest = 0;
   for (const auto& load : wide.loads) widest = std::max(widest, load.width_on_bearing);
-  CHECK(widest == Approx(0.006 * std::sqrt(35.0)).epsilon(1e-3));
+  CHECK(widest == Approx(0.006 * std::sqrt(17.0 * 17 - 1)).epsilon(1e-3));
 }
 
 TEST_CASE("extrapolation in cycles is of second order", "[wear]") {
