@@ -16,7 +16,7 @@ namespace {
 /// Share of the growth of a depth that the passes of WornBearing may leave undetermined.
 constexpr double pass_tolerance = 0.01;
 /// Classes of loads are made wider until there are no more than these.
-constexpr std::size_t most_classes = 120;
+constexpr std::size_t most_classes = 240;
 /// Relative distance from a limit at which it counts as reached.
 constexpr double reached = 1e-3;
 constexpr int most_reductions = 80;
@@ -136,7 +136,10 @@ class WearRun {
       if (const auto end = ended()) return *end;
       for (int again = 0; idle() && again < most_idle_sets; ++again) loads_ = loads_of_(now_, sets_++);
       if (idle()) return WearEnd::no_load;
-      double length = std::min({next.value_or(first_length()), limits_.longest, limits_.turns - turns_});
+      const double left = limits_.turns - turns_;
+      double length = std::min({next.value_or(first_length()), limits_.longest, left});
+      // No short last cycle, whose growth would be within the deviations that the passes leave.
+      if (length < left && left < 2 * length) length = 0.5 * left;
       const double change = advance(length);
       const double factor = std::clamp(0.9 * limits_.share / std::max(change, 1e-12), 0.2, 4.0);
       next = std::max(length * factor, factor < 1 ? std::min(simulated_, length) : 0.0);

@@ -56,48 +56,74 @@ std::string depths(const WearStudy& all, std::size_t j, WornDepth WornJoint::*wh
   return fmt::format("{}", fmt::join(parts, " and "));
 }
 
+/// Growth of a clearance.
+struct Growth {
+  double turns, grown, error;  // m
+};
+
+/// The exponent β of a growth with N^β turns between two cycles; 1 if there was none, or none of it.
+double exponent_of(const Growth& a, const Growth& b) {
+  if (!(a.turns > 0 && b.turns > a.turns && a.grown > 0 && b.grown > a.grown)) return 1;
+  return std::log(b.grown / a.grown) / std::log(b.turns / a.turns);
+}
+
 std::string life_in_words(const WearHistory& h, std::size_t j, double clearance) {
   const auto life = life_of(h, j, clearance);
   if (std::isinf(life.turns)) return fmt::format("is not reached ({})", h.formulation);
   const auto range = std::isinf(life.high) ? fmt::format("from {} on", in_turns(life.low))
                                            : fmt::format("{} to {}", in_turns(life.low), in_turns(life.high));
-  return fmt::format("is reached after {} turns{} ({}; 95 % interval {})", in_turns(life.turns),
-                     life.extrapolated ? ", extrapolated with the last rate" : "", h.formulation, range);
+  return fmt::format("is reached after {} turns{} ({}; {}{})", in_turns(life.turns),
+                     life.extrapolated ? ", extrapolated" : "", h.formulation,
+                     life.extrapolated ? "by the last rate and by a power of the turns " : "95 % interval ",
+                     range);
 }
 
 }  // namespace
 
 WearLife life_of(const WearHistory& history, std::size_t j, double clearance) {
-  struct Point {
-    double turns, value, error;
-  };
-  std::vector<Point> points;
+  enum class Shape { linear, power };
+  std::vector<Growth> points;
+  const double begin = history.cycles.front().joints[j].bearing.measured_clearance(),
+               sought = clearance - begin;
   for (const auto& c : history.cycles)
-    points.push_back({c.turns, c.joints[j].bearing.measured_clearance(), error_of(c.joints[j])});
-  // One more point, by the last rate.
-  const auto last = points.back();
-  const std::size_t cycles = points.size();
-  if (cycles > 1) {
-    const auto& before = points[cycles - 2];
-    const double rate = (last.value - before.value) / (last.turns - before.turns);
-    const double grown = last.value - points.front().value;
-    if (rate > 0 && grown > 0) {
-      constexpr double far = 100;  // times the wear so far, or that to the clearance
-      const double more = far * std::max(grown, clearance - points.front().value);
-      points.push_back({last.turns + more / rate, last.value + more, last.error * (1 + more / grown)});
+    points.push_back({c.turns, c.joints[j].bearing.measured_clearance() - begin, error_of(c.joints[j])});
+  const std::size_t last = points.size() - 1;
+  // Turns at which the growth with `sign` errors is the sought one.
+  const auto crossing = [&](double sign, Shape shape) {
+    const auto grown = [&](std::size_t i) {
+      return Growth{points[i].turns, points[i].grown + sign * points[i].error, 0};
+    };
+    if (grown(0).grown >= sought) return points[0].turns;
+    for (std::size_t i = 1; i <= last; ++i) {
+      const auto from = grown(i - 1), to = grown(i);
+      if (to.grown < sought) continue;
+      const double share = (sought - from.grown) / (to.grown - from.grown);
+      // Of the first cycle, with the exponent of the second one.
+      const double exponent = exponent_of(points[std::max<std::size_t>(i, 2) - 1],
+                                          points[std::min(std::max<std::size_t>(i, 2), last)]);
+      return shape == Shape::linear
+                 ? std::lerp(from.turns, to.turns, share)
+                 : std::clamp(to.turns * std::pow(sought / to.grown, 1 / exponent), from.turns, to.turns);
     }
-  }
-  const auto crossing = [&](double sign) {
-    const auto value = [&](const Point& p) { return p.value + sign * p.error; };
-    if (value(points.front()) >= clearance) return points.front().turns;
-    for (std::size_t i = 1; i < points.size(); ++i) {
-      const double a = value(points[i - 1]), b = value(points[i]);
-      if (b >= clearance) return std::lerp(points[i - 1].turns, points[i].turns, (clearance - a) / (b - a));
-    }
-    return WearLimits::none;
+    if (last == 0) return WearLimits::none;
+    const auto& end = points[last];
+    const double rate = (end.grown - points[last - 1].grown) / (end.turns - points[last - 1].turns);
+    if (!(rate > 0 && end.grown > 0)) return WearLimits::none;
+    const double share = grown(last).grown / end.grown;  // the relative error of all growth
+    if (!(share > 0)) return WearLimits::none;
+    if (shape == Shape::linear) return end.turns + (sought / share - end.grown) / rate;
+    // The exponent of the second half of the turns.
+    std::size_t half = last - 1;
+    while (half > 1 && points[half].turns > 0.5 * end.turns) --half;
+    return end.turns * std::pow(sought / (share * end.grown), 1 / exponent_of(points[half], end));
   };
-  WearLife life{clearance, crossing(0), crossing(1), crossing(-1), false};
-  life.extrapolated = life.turns > last.turns * (1 + 1e-9);
+  WearLife life{clearance, crossing(0, Shape::power), WearLimits::none, 0, false};
+  for (const auto shape : {Shape::linear, Shape::power}) {
+    life.low = std::min(life.low, crossing(1, shape));
+    life.high = std::max(life.high, crossing(-1, shape));
+  }
+  life.extrapolated = life.turns > points[last].turns * (1 + 1e-9);
+  if (life.extrapolated && last == 1) life.high = WearLimits::none;  // one rate tells no change of the rate
   return life;
 }
 

@@ -19,9 +19,12 @@ struct WearLife {
   bool extrapolated = false;  ///< whether it lies beyond the last cycle
 };
 
-/// The life of joint j: by linear interpolation between cycles; beyond the last one with its rate. The interval
-/// is where the clearance ± its error is `clearance`; the error is 1.96 standard errors and the extrapolation
-/// error of both depths. Beyond the last cycle the error grows with the wear.
+/// The life of joint j. Between and beyond the cycles the clearance grows with a power of the turns, as that of a
+/// pin that wears its own form into a bearing, N^(2/3), or of even wear, N. The exponent is that between two
+/// cycles, beyond the last one that of the second half of the turns. The interval contains, of this and of linear
+/// growth (beyond the last cycle: with its rate), where the clearance ± its error is `clearance`; the error is 1.96
+/// standard errors and the extrapolation error of both depths, and beyond the last cycle a share of the growth. After
+/// a single cycle it has no upper end.
 WearLife life_of(const WearHistory& history, std::size_t j, double clearance);
 
 /// wear.csv: a row for each formulation, joint and cycle.
