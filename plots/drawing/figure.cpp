@@ -8,7 +8,6 @@
 #include <exception>
 #include <iterator>
 
-#include "io/files/digest.hpp"
 #include "io/files/escaping.hpp"
 #include "io/files/input_file.hpp"
 #include "io/files/output_file.hpp"
@@ -268,17 +267,6 @@ Block& Block::gap() {
 
 std::string file_name(std::string_view kind, std::string_view of) {
   return fmt::format("{}_{}", kind, safe_name(of));
-}
-
-std::string safe_name(std::string_view of) {
-  constexpr std::size_t longest = 60;
-  std::string name(of.substr(0, longest));
-  for (char& c : name)
-    if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-          c == '-' || c == '.'))
-      c = '_';
-  if (name != of) name += fmt::format("_{:016x}", checksum(of));
-  return name;
 }
 
 double tic_step(double range, bool narrow) {

@@ -61,12 +61,8 @@ struct Figure {
   bool sized = false;                ///< whether its size already follows the style
 };
 
-/// The name of a figure's files: `kind` and its subject `of`. The name has bounded length and
-/// consists of letters, digits, _,
-/// - and . only; different texts have different names.
+/// The name of a figure's files: `kind` and the safe_name() of its subject `of`.
 std::string file_name(std::string_view kind, std::string_view of);
-/// The part of file_name() after the kind.
-std::string safe_name(std::string_view of);
 
 /// Distance of tics on a short axis: 1, 2, 2.5 or 5 times a power of ten, such that the range has
 /// two to five tics, on a narrow figure at most three.

@@ -9,6 +9,7 @@
 #include "cli/command_line.hpp"
 #include "cli/folders.hpp"
 #include "io/files/escaping.hpp"
+#include "io/files/output_file.hpp"
 #include "mechanism/error.hpp"
 #include "plots/drawing/column_plot.hpp"
 #include "plots/drawing/figure.hpp"
@@ -89,7 +90,7 @@ int plot_study(const PlotRequest& request, const std::filesystem::path& folder) 
 }
 
 int plot(const PlotRequest& request) {
-  if (!request.name.empty() && request.name != plots::safe_name(request.name))
+  if (!request.name.empty() && request.name != safe_name(request.name))
     throw SceneError(fmt::format("-o {}: must be a file name of letters, digits, _ - and .", request.name));
   if (const auto folder = folder_of_study(request.folders.front()); !folder.empty())
     return plot_study(request, folder);

@@ -13,6 +13,8 @@
 #include <random>
 #include <system_error>
 
+#include "io/files/digest.hpp"
+
 namespace freeplay {
 namespace {
 
@@ -29,6 +31,17 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::string safe_name(std::string_view of) {
+  constexpr std::size_t longest = 60;
+  std::string name(of.substr(0, longest));
+  for (char& c : name)
+    if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+          c == '-' || c == '.'))
+      c = '_';
+  if (name != of) name += fmt::format("_{:016x}", checksum(of));
+  return name;
+}
 
 std::filesystem::path real_folder(const std::filesystem::path& named) {
   std::error_code error;

@@ -31,6 +31,10 @@ struct OutputError : std::runtime_error {
 /// working folder is returned relative to it.
 std::filesystem::path real_folder(const std::filesystem::path& named);
 
+/// A part of a file name for any text: of bounded length, of letters, digits, _, - and . only; different texts
+/// have different names.
+std::string safe_name(std::string_view of);
+
 /// Creates a folder and its parents. Throws OutputError if that fails or a component is a symbolic
 /// link.
 void make_folder(const std::filesystem::path& folder);
