@@ -42,6 +42,7 @@ int wear(const WearRequest& request) {
   write_json(set.place() / "wear.json", to_json(*study.wear, all), origin);
   write_file(set.place() / "wear.csv", wear_table(all).csv());
   write_file(set.place() / "profiles.csv", profiles_table(all).csv());
+  for (const auto& file : profile_files(all)) write_file(set.place() / file.name, file.points.csv());
   write_file(set.place() / "wear.md", wear_page(study, all));
   set.commit();
   fmt::print("{} runs from the store, {} new, in {:.3g} s\n\n", all.found, all.made, all.wall_seconds);

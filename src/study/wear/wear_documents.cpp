@@ -6,6 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
+
+#include "io/files/output_file.hpp"
+#include "study/wear/worn_profile.hpp"
 
 namespace freeplay {
 namespace {
@@ -160,6 +164,24 @@ Table profiles_table(const WearStudy& all) {
                     bearing[k], journal.empty() ? 0.0 : journal[k]);
       }
   return table;
+}
+
+std::vector<ProfileFile> profile_files(const WearStudy& all) {
+  std::vector<ProfileFile> files;
+  for (const auto& h : all.histories)
+    for (const auto& joint : h.cycles.back().joints) {
+      const auto profiles = worn_profiles(joint.bearing);
+      const auto& name = joint.bearing.joint().name;
+      for (const auto& [surface, profile] :
+           {std::pair("bearing", &profiles.bearing), std::pair("journal", &profiles.journal)}) {
+        if (!*profile) continue;
+        auto& file =
+            files.emplace_back(fmt::format("profile_{}_{}_{}.csv", surface, safe_name(name), h.formulation),
+                               Table("angle,deviation"));
+        for (const auto& [angle, deviation] : (*profile)->points) file.points.row(angle, deviation);
+      }
+    }
+  return files;
 }
 
 nlohmann::json to_json(const WearPlan& plan, const WearStudy& all) {

@@ -31,6 +31,13 @@ WearLife life_of(const WearHistory& history, std::size_t j, double clearance);
 Table wear_table(const WearStudy& all);
 /// profiles.csv: a row for each formulation, joint, cycle and angle.
 Table profiles_table(const WearStudy& all);
+/// A surface of a joint after the last cycle, as the profile with which the next run would begin.
+struct ProfileFile {
+  std::string name;  ///< profile_bearing_JOINT_FORMULATION.csv or profile_journal_…
+  Table points;      ///< as profiles.*.points of a scene reads them: angle (rad), deviation (m)
+};
+/// Those of all joints that are worn: of each surface that is not round.
+std::vector<ProfileFile> profile_files(const WearStudy& all);
 /// wear.json.
 nlohmann::json to_json(const WearPlan& plan, const WearStudy& all);
 /// The conclusion: a few sentences for each joint.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "mechanism/mechanism.hpp"
 #include "numerics/convex_hull.hpp"
@@ -50,14 +52,13 @@ Side side_of(std::span<const double> form, double radius, double clearance, doub
   return side;
 }
 
-/// Appends the profile p = sign (h − clearance); returns its index.
-int add_profile(Mechanism& mechanism, std::string name, const Side& side, double clearance, double sign) {
+/// The profile p = sign (h − clearance).
+Profile profile_of(std::string name, const Side& side, double clearance, double sign) {
   Profile profile{.name = std::move(name), .harmonics = {}, .points = {}};
   const double step = whole_turn / static_cast<double>(side.smooth.size());
   for (std::size_t k = 0; k < side.smooth.size(); ++k)
     profile.points.emplace_back(step * static_cast<double>(k), sign * (side.smooth[k] - clearance));
-  mechanism.profiles.push_back(std::move(profile));
-  return static_cast<int>(mechanism.profiles.size()) - 1;
+  return profile;
 }
 
 bool is_level(const std::vector<double>& form) {
@@ -120,30 +121,35 @@ std::vector<double> rounded_support(const std::vector<double>& h, double radius)
   return eroded;
 }
 
+WornProfiles worn_profiles(const WornBearing& worn) {
+  WornProfiles profiles;
+  if (!worn.bearing_worn() && !worn.journal_worn()) return profiles;
+  const auto& f = worn.joint().foundation;
+  const bool of_bearing = !is_level(worn.bearing_form()), of_journal = !is_level(worn.journal_form());
+  const double share = of_bearing && of_journal ? 0.5 * f.clearance : f.clearance;
+  const auto profile = [&](const std::vector<double>& form, double radius, double sign, const char* surface) {
+    const auto side = side_of(form, radius, share, sign, corner_share * share);
+    profiles.changed += side.changed;
+    return profile_of(fmt::format("{}-worn-{}", worn.joint().name, surface), side, share, sign);
+  };
+  if (of_bearing) profiles.bearing = profile(worn.bearing_form(), f.bearing_radius, 1, "bearing");
+  if (of_journal) profiles.journal = profile(worn.journal_form(), f.journal_radius(), -1, "journal");
+  return profiles;
+}
+
 double set_worn(Mechanism& mechanism, const WornBearing& worn) {
-  if (!worn.bearing_worn() && !worn.journal_worn()) return 0;
+  auto profiles = worn_profiles(worn);
   for (auto& joint : mechanism.joints) {
     auto* revolute = std::get_if<RevoluteJoint>(&joint);
     if (!revolute || revolute->name != worn.joint().name) continue;
-    auto& c = *revolute->clearance;
-    const auto& f = worn.joint().foundation;
-    const bool of_bearing = !is_level(worn.bearing_form()), of_journal = !is_level(worn.journal_form());
-    const double share = of_bearing && of_journal ? 0.5 * c.radial : c.radial;
-    const double corner = corner_share * share;
-    double changed = 0;
-    if (of_bearing) {
-      const auto side = side_of(worn.bearing_form(), f.bearing_radius, share, 1, corner);
-      c.bearing_profile =
-          add_profile(mechanism, fmt::format("{}-worn-bearing", revolute->name), side, share, 1);
-      changed += side.changed;
-    }
-    if (of_journal) {
-      const auto side = side_of(worn.journal_form(), f.journal_radius(), share, -1, corner);
-      c.journal_profile =
-          add_profile(mechanism, fmt::format("{}-worn-journal", revolute->name), side, share, -1);
-      changed += side.changed;
-    }
-    return changed;
+    const auto set = [&](std::optional<Profile>& profile, int& index) {
+      if (!profile) return;
+      index = static_cast<int>(mechanism.profiles.size());
+      mechanism.profiles.push_back(std::move(*profile));
+    };
+    set(profiles.bearing, revolute->clearance->bearing_profile);
+    set(profiles.journal, revolute->clearance->journal_profile);
+    return profiles.changed;
   }
   return 0;
 }

@@ -22,15 +22,14 @@
 // If both surfaces deviate, each has half of the clearance in its h, and w is the sum of both.
 #pragma once
 
+#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
+#include "mechanism/profile.hpp"
 #include "study/wear/worn_bearing.hpp"
 
 namespace freeplay {
-
-struct Mechanism;
 
 /// ρ as a share of the clearance.
 inline constexpr double corner_share = 0.02;
@@ -48,8 +47,17 @@ std::vector<double> convex_support(const std::vector<double>& h);
 /// As convex_support(), with corners rounded by `radius` (m), less than every h.
 std::vector<double> rounded_support(const std::vector<double>& h, double radius);
 
-/// Gives a joint of the mechanism the profiles of its worn surfaces, in place of its own. Changes nothing if
-/// nothing is worn. Returns the greatest change of h (m) by rounding and smoothing.
+/// The profiles of the surfaces of one joint, through support_points() points.
+struct WornProfiles {
+  std::optional<Profile> bearing, journal;  ///< absent: round, or nothing of the joint is worn
+  double changed = 0;                       ///< m, greatest change of h by rounding and smoothing
+};
+
+/// Those with which a joint runs after this wear.
+WornProfiles worn_profiles(const WornBearing& worn);
+
+/// Gives a joint of the mechanism these profiles, in place of its own. Changes nothing if nothing is worn.
+/// Returns WornProfiles::changed.
 double set_worn(Mechanism& mechanism, const WornBearing& worn);
 
 }  // namespace freeplay

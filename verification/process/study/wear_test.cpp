@@ -1,8 +1,10 @@
 // freeplay wear: a bearing under a constant load against the closed form of its worn area, in both formulations;
-// interrupted and continued; refused scenes; the files of the command.
+// interrupted and continued; refused scenes; the files of the command, and scenes that begin with them.
 #include <atomic>
 
+#include "io/scene/read_scene.hpp"
 #include "study/wear/wear_documents.hpp"
+#include "study/wear/worn_profile.hpp"
 #include "verification/support/rig.hpp"
 #include "verification/support/study_desk.hpp"
 
@@ -134,4 +136,44 @@ TEST_CASE("freeplay wear writes its files, and refuses scenes without wear", "[w
   desk.put("study.toml", quick + "[wear]\nturns = 10\n");
   desk.change("bearing_wear = 1e-15                        # m²/N\n", "");
   refuses("no joint wears: give a revolute joint with clearance bearing_wear or journal_wear");
+}
+
+TEST_CASE("a scene with the profile of a worn bearing has its motion and clearance", "[wear][profiles]") {
+  const test::StudyDesk desk("wear-steady");
+  const auto study =
+      desk.read("formulations = [\"nonsmooth\"]\n" + quick + "[wear]\nturns = 1e5\npoints = 360\n");
+  const auto out = desk.run("wear");
+  CAPTURE(out.out, out.err);
+  REQUIRE(out.status == 0);
+  CHECK_FALSE(std::filesystem::exists(desk.at("out/profile_journal_pin_nonsmooth.csv")));  // it does not wear
+  const auto worn =
+      desk.put("worn.toml", test::replaced(test::file_text(desk.at("scene.toml")), "surface = \"steel\"\n",
+                                           "surface = \"steel\"\nbearing_profile = \"bore\"\n") +
+                                "[profiles.bore]\npoints = \"out/profile_bearing_pin_nonsmooth.csv\"\n");
+
+  // The run that the study would make next.
+  const auto all = wear_of(study, desk.at("again"));
+  auto next = read_scene(desk.at("scene.toml"));
+  CHECK(set_worn(next.mechanism, all.histories.at(0).cycles.back().joints.at(0).bearing) > 0);
+  const auto expected = test::simulate(next, Family::nonsmooth);
+  const auto run = test::simulate(read_scene(worn), Family::nonsmooth);
+  CHECK(run.final_state.q == expected.final_state.q);
+  CHECK(run.final_state.v == expected.final_state.v);
+  // The block rests in the worn place, 11 um deep; time stepping keeps a gap of the step in which it came to rest.
+  CHECK(run.final_state.q[4] < -0.5e-3 - 0.75 * 11e-6);
+  test::succeeded(
+      fmt::format("run {} --formulation nonsmooth -o {}", worn.string(), desk.at("run").string()));
+
+  // Wear goes on from it. The clearance is half of a width, whose ends differ by at most the rounding; a turn
+  // wears 6e-10 m.
+  desk.put("on.toml", "formulations = [\"nonsmooth\"]\n" + test::replaced(quick, "scene.toml", "worn.toml") +
+                          "[wear]\nturns = 1\npoints = 360\n");
+  test::succeeded(fmt::format("wear {} -o {}", desk.at("on.toml").string(), desk.at("on").string()));
+  const auto result = [&](const char* folder) {
+    return test::read_json(desk.at(folder) / "wear.json")["wear"]["results"][0];
+  };
+  const double clearance = result("out")["clearance_m"], rounding = result("out")["rounding_m"];
+  CHECK(clearance > 0.505e-3);
+  CHECK(rounding < 0.3e-6);
+  CHECK(result("on")["clearance_m"].get<double>() == Approx(clearance).epsilon(0).margin(rounding));
 }
