@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -32,32 +33,57 @@ double highest(double radius, double u0, double d0, double u1, double d1) {
   return std::max({at(u0), at(u1), at(u)});
 }
 
-/// The profile of one surface, with its share of the clearance.
+/// The profile p = ±(h − share) of one surface.
 struct Side {
-  std::vector<double> exact, smooth;  // h (m)
-  double changed = 0;                 // m
+  double share = 0;       // m, of the clearance
+  std::vector<double> h;  // m
+  double changed = 0;     // m, greatest change of p from the surface with the whole clearance
 };
 
-/// `clearance` (m): its share; `sign`: 1 for a bearing, −1 for a journal.
-Side side_of(std::span<const double> form, double radius, double clearance, double sign, double corner) {
-  const auto count = support_points(form.size());
-  Side side{support_deviations(form, radius, count), {}, 0};
-  for (auto& h : side.exact) h = clearance + sign * h;
-  side.exact = convex_support(side.exact);
-  const auto h = rounded_support(side.exact, corner);
+/// `rise` (m): h of a surface without clearance.
+Side side_of(const std::vector<double>& rise, double clearance, double share) {
+  const auto with = [&](double c) {
+    auto h = rise;
+    for (auto& value : h) value += c;
+    return convex_support(h);
+  };
+  const auto exact = with(clearance), h = rounded_support(with(share), corner_share * share);
+  const auto count = rise.size();
+  Side side{share, {}, 0};
   for (std::size_t k = 0; k < count; ++k) {
-    side.smooth.push_back((h[(k + count - 1) % count] + 4 * h[k] + h[(k + 1) % count]) / 6);
-    side.changed = std::max(side.changed, std::abs(side.smooth[k] - side.exact[k]));
+    side.h.push_back((h[(k + count - 1) % count] + 4 * h[k] + h[(k + 1) % count]) / 6);
+    side.changed = std::max(side.changed, std::abs(clearance - share + side.h[k] - exact[k]));
   }
   return side;
 }
 
-/// The profile p = sign (h − clearance).
-Profile profile_of(std::string name, const Side& side, double clearance, double sign) {
+/// Those of a bearing and a journal that both deviate. Of some shares, the greater change is least.
+std::array<Side, 2> sides_of(const std::vector<double>& bearing, const std::vector<double>& journal,
+                             double clearance) {
+  const auto pair = [&](double part) {
+    return std::array{side_of(bearing, clearance, part * clearance),
+                      side_of(journal, clearance, (1 - part) * clearance)};
+  };
+  const auto changed = [](const std::array<Side, 2>& sides) {
+    return std::max(sides[0].changed, sides[1].changed);
+  };
+  // Of a set that its share leaves after the rounding.
+  const auto fits = [&](const std::vector<double>& rise, double part) {
+    return (1 - corner_share) * part * clearance + *std::ranges::min_element(rise) > 0;
+  };
+  auto best = pair(0.5);
+  for (const double part : {0.02, 0.1, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 0.98}) {
+    if (!fits(bearing, part) || !fits(journal, 1 - part)) continue;
+    if (auto sides = pair(part); changed(sides) < changed(best)) best = std::move(sides);
+  }
+  return best;
+}
+
+Profile profile_of(std::string name, const Side& side, double sign) {
   Profile profile{.name = std::move(name), .harmonics = {}, .points = {}};
-  const double step = whole_turn / static_cast<double>(side.smooth.size());
-  for (std::size_t k = 0; k < side.smooth.size(); ++k)
-    profile.points.emplace_back(step * static_cast<double>(k), sign * (side.smooth[k] - clearance));
+  const double step = whole_turn / static_cast<double>(side.h.size());
+  for (std::size_t k = 0; k < side.h.size(); ++k)
+    profile.points.emplace_back(step * static_cast<double>(k), sign * (side.h[k] - side.share));
   return profile;
 }
 
@@ -125,15 +151,28 @@ WornProfiles worn_profiles(const WornBearing& worn) {
   WornProfiles profiles;
   if (!worn.bearing_worn() && !worn.journal_worn()) return profiles;
   const auto& f = worn.joint().foundation;
-  const bool of_bearing = !is_level(worn.bearing_form()), of_journal = !is_level(worn.journal_form());
-  const double share = of_bearing && of_journal ? 0.5 * f.clearance : f.clearance;
-  const auto profile = [&](const std::vector<double>& form, double radius, double sign, const char* surface) {
-    const auto side = side_of(form, radius, share, sign, corner_share * share);
-    profiles.changed += side.changed;
-    return profile_of(fmt::format("{}-worn-{}", worn.joint().name, surface), side, share, sign);
+  const auto rise_of = [](const std::vector<double>& form, double radius, double sign) {
+    auto rise = support_deviations(form, radius, support_points(form.size()));
+    for (auto& value : rise) value *= sign;
+    return rise;
   };
-  if (of_bearing) profiles.bearing = profile(worn.bearing_form(), f.bearing_radius, 1, "bearing");
-  if (of_journal) profiles.journal = profile(worn.journal_form(), f.journal_radius(), -1, "journal");
+  const auto add = [&](std::optional<Profile>& profile, const char* surface, const Side& side, double sign) {
+    profile = profile_of(fmt::format("{}-worn-{}", worn.joint().name, surface), side, sign);
+    profiles.changed += side.changed;
+  };
+  const bool of_bearing = !is_level(worn.bearing_form()), of_journal = !is_level(worn.journal_form());
+  std::vector<double> bearing, journal;
+  if (of_bearing) bearing = rise_of(worn.bearing_form(), f.bearing_radius, 1);
+  if (of_journal) journal = rise_of(worn.journal_form(), f.journal_radius(), -1);
+  if (of_bearing && of_journal) {
+    const auto sides = sides_of(bearing, journal, f.clearance);
+    add(profiles.bearing, "bearing", sides[0], 1);
+    add(profiles.journal, "journal", sides[1], -1);
+  } else if (of_bearing) {
+    add(profiles.bearing, "bearing", side_of(bearing, f.clearance, f.clearance), 1);
+  } else if (of_journal) {
+    add(profiles.journal, "journal", side_of(journal, f.clearance, f.clearance), -1);
+  }
   return profiles;
 }
 

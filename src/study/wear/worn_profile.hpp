@@ -19,7 +19,10 @@
 //
 //     ρ (1/cos α − 1).
 //
-// If both surfaces deviate, each has half of the clearance in its h, and w is the sum of both.
+// If both surfaces deviate, each has a share of the clearance in its h, and w is the sum of both. A share that is
+// too small makes hollows of the surface shallower: in a lune with the curvature of the other surface, p has a
+// share of its depth. Of some shares, those are taken with which the greater change of both surfaces is least, by
+// convexity, rounding and smoothing.
 #pragma once
 
 #include <optional>
@@ -50,7 +53,7 @@ std::vector<double> rounded_support(const std::vector<double>& h, double radius)
 /// The profiles of the surfaces of one joint, through support_points() points.
 struct WornProfiles {
   std::optional<Profile> bearing, journal;  ///< absent: round, or nothing of the joint is worn
-  double changed = 0;                       ///< m, greatest change of h by rounding and smoothing
+  double changed = 0;                       ///< m, sum of the greatest changes of both p
 };
 
 /// Those with which a joint runs after this wear.

@@ -171,6 +171,19 @@ TEST_CASE("profiles of both worn surfaces share the clearance", "[wear]") {
   CHECK(surfaces->journal.bounds().low < -5e-6);
 }
 
+TEST_CASE("the surface with the deeper hollow has the greater share of the clearance", "[wear]") {
+  // A lune of the pin, and a journal that wears evenly and thus needs no share.
+  constexpr double depth = 20e-6;
+  WornBearing worn(joint_of(360, k, 0.2 * k));
+  worn.wear(rotating(60, false, true, F, lune_area(depth) * L / (k * F)), 1, 0.01);
+  const auto profiles = worn_profiles(worn);
+  REQUIRE((profiles.bearing && profiles.journal));
+  // 2 % of the depth by the share of 98 %, 2 % by rounding and 3e-8 m by smoothing (above).
+  const double deepest = Roundness(*profiles.bearing).bounds().high;
+  CHECK(deepest == Approx(worn.greatest_bearing()).epsilon(0).margin(0.05 * depth + 3e-8));
+  CHECK(profiles.changed < 0.06 * depth + 3e-8);
+}
+
 TEST_CASE("support functions: circle, ellipse, corners", "[wear]") {
   // An ellipse with the half axes R ± a has H² = (R + a)² cos² + (R − a)² sin².
   constexpr double a = 50e-6;
