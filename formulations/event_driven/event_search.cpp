@@ -15,7 +15,8 @@ bool any_open(const EventDynamics& d) {
 }  // namespace
 
 EventSearch::EventSearch(const EventDynamics& dynamics)
-    : marks_(static_cast<std::size_t>(dynamics.system.contacts())),
+    : peaks_(dynamics.system),
+      marks_(static_cast<std::size_t>(dynamics.system.contacts())),
       slope_(static_cast<std::size_t>(dynamics.size())),
       scratch_(static_cast<std::size_t>(dynamics.size())) {}
 
@@ -71,15 +72,16 @@ void EventSearch::mark_gaps(EventDynamics& d, const Method& m, bool begin) {
 }
 
 /// Returns the first closing of a gap in the last step. The step is repeated, shorter, if it moved
-/// a curve's argument further than accepted, as with a body that accelerates, if no bound of the
+/// a curve's argument further than accepted, as with a body that accelerates, or the speed over a peak of friction, if no bound of the
 /// curvature of a gap exists, or if it leaves open whether a gap closed.
 ModeEvent EventSearch::shorten_until_bounded(EventDynamics& d, Method& m) {
   int halvings = 0;
   for (int tries = 0;; ++tries) {
     ModeEvent first;
     first.t = m.t;
-    double over = curve_overreach(d.system, m.t_old, m.x_old.data(), m.x_old.data() + d.system.n(), m.t,
-                                  m.x.data(), m.x.data() + d.system.n(), Knots::located);
+    const double *q0 = m.x_old.data(), *v0 = q0 + d.system.n(), *q1 = m.x.data(), *v1 = q1 + d.system.n();
+    double over = std::max(curve_overreach(d.system, m.t_old, q0, v0, m.t, q1, v1, Knots::located),
+                           peaks_.overreach(m.t_old, q0, v0, m.t, q1, v1));
     if (!(over > 1)) {
       if ((find_gap_events(d, m, first) && (step_unseen_ <= seen_depth || halvings++ == most_halvings)) ||
           !is_finite(m.x)) {

@@ -22,6 +22,7 @@
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/integrators/crossing.hpp"
 #include "formulations/integrators/kinks.hpp"
+#include "formulations/integrators/peak_limit.hpp"
 #include "formulations/integrators/rosenbrock.hpp"
 
 namespace freeplay {
@@ -118,6 +119,7 @@ class EventSearch {
   void values_at(EventDynamics& d, const Method& m, double t, Vector& values);
   Watched gap_at(EventDynamics& d, const Method& m, int k, double t);
 
+  PeakLimit peaks_;
   MotionBounds bounds_;     // of the last step
   double unseen_ = 0;       // greatest, over the clearance
   double step_unseen_ = 0;  // the same for the last search

@@ -34,9 +34,9 @@ ShearSpring make_shear_spring(const ContactFacts& contact, const ContactForce& l
 }
 
 /// Throws if the friction law of the options cannot have the static value of a surface.
-void require_static_value(FrictionLaw friction, const Surface& surface) {
+void require_static_value(const PenaltyOptions& options, const Surface& surface) {
   if (!surface.friction_by_speed()) return;
-  const auto& law = facts_of(friction);
+  const auto& law = facts_of(options.friction);
   const auto path = fmt::format("surfaces.{}.", surface.name);
   if (!law.stribeck) {
     std::string names;
@@ -51,6 +51,11 @@ void require_static_value(FrictionLaw friction, const Surface& surface) {
                      fmt::format("must be 2 with penalty.friction = \"{}\", is {}; other exponents need the "
                                  "nonsmooth formulation",
                                  law.text, n));
+  // Regularised below v₀, the friction would not reach its static value.
+  if (law.reads("friction_v1") && *surface.peak.stribeck_speed <= options.friction_v0)
+    throw ModelError(path + "stribeck_speed",
+                     fmt::format("must be greater than penalty.friction_v0 = {}, is {}", options.friction_v0,
+                                 *surface.peak.stribeck_speed));
 }
 
 std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& system, const State& state) {
@@ -60,7 +65,7 @@ std::vector<PenaltyContact> make_contacts(const Scene& scene, const System& syst
     PenaltyContact c;
     c.law = make_contact_force(scene, facts);
     const auto& friction = facts.surface.friction;
-    require_static_value(scene.penalty.friction, facts.surface);
+    require_static_value(scene.penalty, facts.surface);
     if (friction && !facts_of(scene.penalty.friction).compliant)
       c.friction = make_friction(scene.penalty, facts.surface);
     else if (friction && *friction > 0)

@@ -21,6 +21,7 @@
 #include <string>
 
 #include "formulations/integrators/curve_limit.hpp"
+#include "formulations/integrators/peak_limit.hpp"
 #include "formulations/penalty/mode_change.hpp"
 #include "formulations/penalty/penalty_forces.hpp"
 #include "formulations/penalty/penalty_motion.hpp"
@@ -37,6 +38,7 @@ class PenaltyStepper {
   /// `pace`: characteristic time of the scene (s), Scales::time.
   PenaltyStepper(PenaltyDynamics dynamics, Method method, double v0_floor, double pace)
       : m_(std::move(dynamics), std::move(method), v0_floor),
+        peaks_(m_.f.system()),
         pace_(pace, m_.f.system().contacts()),
         forces_(m_.mark.size()) {
     extremes_.penetration.assign(m_.mark.size(), 0);
@@ -211,7 +213,7 @@ class PenaltyStepper {
   const Extremes& extremes() const { return extremes_; }
 
  private:
-  /// Makes a step of the method, not beyond t_end, that passes over no curve. A fixed step is made
+  /// Makes a step of the method, not beyond t_end, that passes over no curve and no peak of friction. A fixed step is made
   /// as it is, and compared with the limit by its curves.
   bool step_within_curves(double t_end) {
     const double limit = curve_step_limit(m_.f.system(), m_.method.t, m_.q(), m_.v(), Knots::located);
@@ -225,8 +227,10 @@ class PenaltyStepper {
         errors_.coarse = std::max({errors_.coarse, h / limit, beyond});
         return true;
       }
-      if (!(beyond > 1)) return true;
-      t_end = m_.method.t_old + h / beyond;
+      const double over = std::max(beyond, peaks_.overreach(m_.method.t_old, m_.method.x_old.data(),
+                                                            m_.v_old(), m_.method.t, m_.q(), m_.v()));
+      if (!(over > 1)) return true;
+      t_end = m_.method.t_old + h / over;
       if (!(t_end > m_.method.t_old)) return true;  // time resolves no shorter step
       ++m_.method.rejected;
       m_.scratch = m_.method.x_old;
@@ -260,6 +264,7 @@ class PenaltyStepper {
   PenaltyMotion<Method> m_;
   PenaltySearch<Method> search_;
   ModeChange<Method> modes_;
+  PeakLimit peaks_;
   PenaltyPace pace_;
   PenaltyForces forces_;
   FixedStepErrors errors_;

@@ -21,6 +21,7 @@ AdaptiveMoreau::AdaptiveMoreau(const System& system, MoreauStepper moreau, const
       tolerance_(norm.tolerance),
       scales_(scales),
       pair_(system, norm, scales.speed),
+      peaks_(system),
       search_(system, norm.tolerance, scales.length),
       pace_(norm.tolerance, scales),
       h_(first_step()),
@@ -259,8 +260,10 @@ AdaptiveMoreau::Outcome AdaptiveMoreau::attempt(Attempt& a, double t_end) {
     }
     return shorten(0.25 * h);
   }
-  if (const double over = curve_overreach(system_, start.t, start.q.data(), start.v.data(), moreau_.t(),
-                                          moreau_.q(), moreau_.v(), Knots::passed);
+  if (const double over = std::max(
+          curve_overreach(system_, start.t, start.q.data(), start.v.data(), moreau_.t(), moreau_.q(),
+                          moreau_.v(), Knots::passed),
+          peaks_.overreach(start.t, start.q.data(), start.v.data(), moreau_.t(), moreau_.q(), moreau_.v()));
       over > 1 && h > std::max(1e-3 * floor, a.least)) {
     a.landings = 0;
     return shorten(h / over);

@@ -27,6 +27,7 @@
 #include "formulations/automatic/handover.hpp"
 #include "formulations/event_driven/event_dynamics.hpp"
 #include "formulations/integrators/methods.hpp"
+#include "formulations/integrators/peak_limit.hpp"
 #include "formulations/integrators/tolerance.hpp"
 #include "formulations/time_stepping/moreau.hpp"
 #include "formulations/time_stepping/onset_search.hpp"
@@ -135,6 +136,7 @@ class AdaptiveMoreau {
   double tolerance_;
   Scales scales_;
   StepPair pair_;
+  PeakLimit peaks_;
   OnsetSearch search_;
   StepPace pace_;
   double h_ = 0;             // s, of the next step

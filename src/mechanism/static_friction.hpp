@@ -19,7 +19,7 @@ struct StribeckCurve {
   double friction = 0;  ///< μ of sliding
   double more = 0;      ///< μ_s − μ, ≥ 0
   double stribeck = 1;  ///< m/s, v_S
-  double exponent = 2;  ///< n ≥ 1
+  double exponent = 2;  ///< n
 
   template <class T>
   T coefficient(const T& u) const {
@@ -40,7 +40,7 @@ struct StribeckCurve {
 struct StaticFriction {
   std::optional<double> static_friction = {};    ///< μ_s at rest, ≥ μ
   std::optional<double> stribeck_speed = {};     ///< m/s
-  std::optional<double> stribeck_exponent = {};  ///< n ≥ 1; empty: 2
+  std::optional<double> stribeck_exponent = {};  ///< n, 1 to 100; empty: 2
 
   /// μ(|u|) with the coefficient of sliding.
   StribeckCurve curve(double friction) const {
@@ -64,10 +64,12 @@ struct StaticFriction {
     k.check(!s.static_friction || *s.static_friction >= friction, "static_friction",
             "must be at least friction, ", friction);
   }
+  /// A peak with a larger exponent has flanks that no step resolves.
+  static constexpr Range exponents{[](double x) { return x >= 1 && x <= 100; }, "between 1 and 100"};
   /// The key of the exponent n.
   static void exponent(auto& k, auto& n) {
     k.take({"stribeck_exponent", "", "n in exp(−(|u|/v)ⁿ), v the Stribeck speed; if absent: 2"}, n,
-           one_or_more);
+           exponents);
   }
 };
 

@@ -32,7 +32,7 @@ struct ReactionFriction {
 struct FrictionPeak {
   double bound = 0;                              ///< N or N m, at rest, at least that of sliding
   double stribeck_speed = 0;                     ///< m/s or rad/s, > 0
-  std::optional<double> stribeck_exponent = {};  ///< n ≥ 1; empty: 2
+  std::optional<double> stribeck_exponent = {};  ///< n, 1 to 100; empty: 2
 
   static void keys(auto& k, const auto& bound, const auto& speed, auto& p) {
     k.need(bound, p.bound, non_negative);

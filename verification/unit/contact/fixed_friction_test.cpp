@@ -68,7 +68,7 @@ TEST_CASE("invalid keys of friction with a fixed bound are refused", "[joint-fri
         "loads.rub.stribeck_speed: must be greater than 0"},
        {block("force = 1\nstribeck_speed = 1\n"), "loads.rub.stribeck_speed: goes with a static value"},
        {block("force = 1\nstatic_force = 2\nstribeck_speed = 1\nstribeck_exponent = 0.5\n"),
-        "loads.rub.stribeck_exponent: must be 1 or greater"},
+        "loads.rub.stribeck_exponent: must be between 1 and 100"},
        {block("friction = 1\nstribeck_exponent = 2\n"),
         "loads.rub.stribeck_exponent: goes with stribeck_speed"}});
   for (const auto& good :

@@ -94,7 +94,8 @@ TEST_CASE("invalid keys of a surface's static friction are refused", "[friction]
         "surfaces.s.stribeck_speed: must be greater than 0"},
        {with("friction = 0.2\nstribeck_exponent = 2\n"),
         "surfaces.s.stribeck_exponent: goes with stribeck_speed"},
-       {with(steep + "stribeck_exponent = 0.5\n"), "surfaces.s.stribeck_exponent: must be 1 or greater"}});
+       {with(steep + "stribeck_exponent = 0.5\n"),
+        "surfaces.s.stribeck_exponent: must be between 1 and 100"}});
   for (const auto& good : {with(steep), with(exponential)}) {
     const auto scene = parse_scene(good, "s.toml");
     CHECK(to_toml(parse_scene(to_toml(scene), "again")) == to_toml(scene));
@@ -117,6 +118,9 @@ TEST_CASE("penalty laws take the static value of a surface, or refuse it", "[fri
   CHECK_THAT(refused(steep, "brown-mcphee"),
              Contains("surfaces.s.static_friction: needs penalty.friction = \"lugre\" or \"andersson\""));
   CHECK(refused("friction = 0.2\n", "brown-mcphee") == "accepted");
+  CHECK_THAT(
+      refused("friction = 0.2\nstatic_friction = 0.5\nstribeck_speed = 1e-8\n", "andersson"),
+      Contains("surfaces.s.stribeck_speed: must be greater than penalty.friction_v0 = 1e-07, is 1e-08"));
 
   Surface surface;
   surface.friction = 0.2;
@@ -176,6 +180,35 @@ TEST_CASE("a block with a static value of friction slows down in closed form", "
   // The midpoint rule with the coefficient of the mean speed: order 2. (h/τ)² with τ = 0.03 s is at most 4e-3.
   test::check_order(
       {2e-3, 1e-3, 5e-4, 2.5e-4}, [&](double h) { return error_of(test::fixed_steps(h)); }, 1.8, 2.2);
+}
+
+TEST_CASE("sliding that a static friction stops within a step of sliding", "[friction]") {
+  // 2 kg slide with −v under 5 N; friction falls from 7 N to 4 N. The block decelerates with (9 + 3 e^(−(v/w)²))/2
+  // and stays at x = −w²/9 [Y + ln((9 + 3 e^(−Y))/12)], Y = (v/w)². Away from the peak the deceleration is constant,
+  // so that the steps are as long as the method allows.
+  const auto scene = [](const test::Way& way, const std::string& friction, double w, double v) {
+    const auto peak = fmt::format("stribeck_speed = {}\n", w);
+    const bool surface = friction == "surface";
+    const auto body = surface
+                          ? block(way, 2, -v)
+                          : test::body("b", 2, 1, fmt::format("velocity = [{}, 0]\n", -v)) +
+                                test::guide("j", "ground", "b") +
+                                test::joint_friction("rub", "j", friction + peak + "regularisation = 1e-6\n");
+    return scene_of(body + test::force("push", "b", {5, 0}, ""),
+                    "friction = 0.2\n" + (surface ? "static_friction = 0.35\n" + peak : ""), 1);
+  };
+  for (const auto& way : {by_penalty, test::event_driven, test::chosen_steps, test::automatic})
+    for (const std::string friction :
+         {"surface", "friction = 0.2\nstatic_friction = 0.35\n", "force = 4\nstatic_force = 7\n"})
+      for (const double w : {2e-3, 5e-3, 2e-2, 0.1})
+        for (const double v : {0.3, 1.0, 3.0}) {
+          CAPTURE(way.name, friction, w, v);
+          const double Y = v * v / (w * w), x = -w * w / 9 * (Y + std::log((9 + 3 * std::exp(-Y)) / 12));
+          const auto run = test::finished(way, scene(way, friction, w, v));
+          // Penalty: creep of 1e-6 m/s. Adaptive steps: as above.
+          CHECK(run.final_state.q[0] == Approx(x).epsilon(way.penalty() || way.chosen() ? 1e-4 : 1e-6));
+          CHECK(std::abs(run.final_state.v[0]) < (way.penalty() ? 1e-6 : 1e-12));
+        }
 }
 
 TEST_CASE("a block on a belt sticks and slips by the static friction of its surface", "[friction]") {
