@@ -22,15 +22,16 @@ class PeakLimit {
   explicit PeakLimit(const System& system);
   /// Checks a step from (t0, q0, v0) to (t1, q1, v1): 0 if it is short enough, or the factor, above 1, by which a
   /// step that does not go too far is shorter.
-  double overreach(double t0, const double* q0, const double* v0, double t1, const double* q1, const double* v1) {
+  double overreach(double t0, const double* q0, const double* v0, double t1, const double* q1,
+                   const double* v1) {
     return peaks_.empty() ? 0 : find(t0, q0, v0, t1, q1, v1);
   }
 
  private:
   struct Peak {
     bool of_contact;
-    int index;         // of the contact or of the joint friction
-    double far, fine;  // m/s, U and w
+    int index;          // of the contact or of the joint friction
+    double far, fine;   // m/s, U and w
     double before = 0;  // m/s, u; NaN: open
   };
   void add(bool of_contact, int index, const StribeckCurve& curve);

@@ -28,9 +28,9 @@ std::string error_in_micrometres(const WornDepth& d) {
   return fmt::format("{:.2g}", 1e6 * std::max(error_of(d), unit));
 }
 
-/// A number of turns: 1234, 1.23e+06.
+/// A number of turns: 1234, 1.234e+06.
 std::string in_turns(double n) {
-  return n >= 100 && n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.3g}", n);
+  return n >= 100 && n < 1e5 ? fmt::format("{:.0f}", n) : fmt::format("{:.4g}", n);
 }
 
 const char* limit_of(WearEnd end) {
@@ -250,10 +250,10 @@ std::string conclusion(const WearPlan& plan, const WearStudy& all) {
                           depths(all, j, &WornJoint::in_journal));
     text += ".";
     if (plan.life_clearance) {
-      std::vector<std::string> lives;
-      for (const auto& h : all.histories) lives.push_back(life_in_words(h, j, *plan.life_clearance));
-      text += fmt::format(" A clearance of {} um {}.", micrometres(*plan.life_clearance),
-                          fmt::join(lives, " and "));
+      text += fmt::format(" A clearance of {} um", micrometres(*plan.life_clearance));
+      for (const char* link = " "; const auto& h : all.histories)
+        text += std::exchange(link, ", and it ") + life_in_words(h, j, *plan.life_clearance);
+      text += ".";
     }
     text += "\n";
   }

@@ -119,6 +119,8 @@ class WearingFormulation {
                             plan.longest.value_or(WearLimits::none)};
     WearHistory history{formulation_, {}, WearEnd::turns, 0};
     const auto ended_by = [&](const std::exception& e) {
+      if (history.cycles.size() < 2)  // nothing is worn yet
+        throw SceneError(fmt::format("{}: {}: {}", study_.file.string(), formulation_, e.what()));
       all_.failures.push_back(fmt::format("{}: {}", formulation_, e.what()));
       history.end = WearEnd::failed;
     };

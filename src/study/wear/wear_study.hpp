@@ -53,7 +53,7 @@ struct WearProgress {
 void require_wear(const Study& study, const Conduct& conduct);
 
 /// Computes the wear; runs that the store has are not repeated. A history ends where most runs fail, for the
-/// reason in `failures`. Throws SceneError if this is so with unworn surfaces.
+/// reason in `failures`. Throws SceneError if this is so before the first cycle ends.
 WearStudy wear_study(const Study& study, const Conduct& conduct, EnsembleStore& store, int threads,
                      const std::function<void(const WearProgress&)>& on_progress);
 
