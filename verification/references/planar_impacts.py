@@ -6,7 +6,7 @@
 Prints the numbers of the case's README: the convention of signs, outliers, the scatter of nearly equal
 states, the dependence of restitution and friction on the state; then Newton's, Poisson's, the energetic and
 the compliant law with constants fitted to one half of the rows (by the least sum of residuals, a simplex
-search) and judged on the other. Shares nothing with the program: per unit of mass,
+search) and judged on the other, and the misfit of the compliant law over its stiffness ratio. Shares nothing with the program: per unit of mass,
 
     u_N = v_y + n omega,  u_T = v_x + d omega,  D_NN = 1 + n^2/rho^2,  D_NT = n d/rho^2,  D_TT = 1 + d^2/rho^2,
 
@@ -186,15 +186,22 @@ laws = {
 classes = (("incidence", incidence, (0.1, 0.2, 0.3, 0.4)), ("slip", slip, (0.3, 0.5, 0.65, 0.8)),
            ("approach", -u_n, (2.4, 2.55, 2.7)), ("lever", lever, (-6, -2, 2, 6)))
 half = np.arange(len(n)) % 2
+
+
+def sum_without(law, part):
+    """The sum of residuals of the rows of the other part, over the constants."""
+    def total(x):
+        with np.errstate(all="ignore"):
+            r = np.linalg.norm((law(*np.r_[np.clip(x[:2], 0.01, 1), np.clip(x[2:], -3, 4)]) - after) * WEIGHT, axis=1)
+        r = r[half != part].sum()
+        return r if np.isfinite(r) else np.inf
+    return total
+
+
 for name, (law, names, start) in laws.items():
     residual = np.empty(len(n))
     for part in (0, 1):
-        def total(x):
-            with np.errstate(all="ignore"):
-                r = np.linalg.norm((law(*np.r_[np.clip(x[:2], 0.01, 1), np.clip(x[2:], -3, 4)]) - after) * WEIGHT, axis=1)
-            r = r[half != part].sum()
-            return r if np.isfinite(r) else np.inf
-        x = simplex(total, np.array(start))
+        x = simplex(sum_without(law, part), np.array(start))
         predicted = np.linalg.norm((law(*x) - after) * WEIGHT, axis=1)
         residual[half == part] = predicted[half == part]
         print(f"{name} without part {part}: " + ", ".join(f"{a} = {b:.4f}" for a, b in zip(names, x)))
@@ -202,3 +209,11 @@ for name, (law, names, start) in laws.items():
     for label, value, edges in classes:
         k = np.searchsorted(edges, value, side="right")
         print(f"  {label}: " + "; ".join(f"{np.median(residual[k == i]):.3f} ({np.percentile(residual[k == i], 90):.3f}, {np.sum(k == i)})" for i in range(len(edges) + 1) if np.sum(k == i) >= 10))
+
+print("compliant, least sum of residuals with a given kappa, fitted to odd rows; to even rows, m/s:")
+for kappa in (1, 2, 3, 4, 5, 6.5, 7.5, 8.6, 10, 11.6, 13, 15, 20, 30):
+    least = []
+    for part in (0, 1):
+        total = sum_without(laws["compliant"][0], part)
+        least.append(total(np.r_[simplex(lambda x: total(np.r_[x, np.log(kappa)]), np.array((0.59, 0.19)), 0.01), np.log(kappa)]))
+    print(f"  kappa {kappa}: {least[0]:.2f}; {least[1]:.2f}")
