@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <random>
@@ -131,18 +132,24 @@ void add_intervals(RowFit& fit, const LinearRows& rows, const std::vector<Unknow
 
 double sum_of_norms(const MatrixXd& d) { return d.allFinite() ? d.rowwise().norm().sum() : INFINITY; }
 
-/// Improves ξ by two searches along each unknown in turn, over a dozen values of its whole range. A descent from
-/// one start may be on a plateau, such as friction at which all contacts stick.
-VectorXd scanned(const RowModel& model, std::span<const std::size_t> rows, VectorXd xi) {
+/// Improves ξ by up to two searches along each of these unknowns in turn, over a dozen values of its whole range. A
+/// descent from one start may be on a plateau, such as friction at which all contacts stick, or end in a minimum
+/// that is not the least one.
+VectorXd scanned(const RowModel& model, std::span<const std::size_t> rows, VectorXd xi,
+                 const std::vector<Index>& along) {
   constexpr int values = 12, sweeps = 2;
   double least = sum_of_norms(model(rows, xi));
-  for (int sweep = 0; sweep < sweeps; ++sweep)
-    for (Index j = 0; j < xi.size(); ++j)
+  bool changed = true;
+  for (int sweep = 0; sweep < sweeps && changed; ++sweep) {
+    changed = false;
+    for (const Index j : along)
       for (int i = 0; i < values; ++i) {
         auto other = xi;
         other[j] = (2.0 * i + 1) / values - 1;
-        if (const double now = sum_of_norms(model(rows, other)); now < least) least = now, xi = other;
+        if (const double now = sum_of_norms(model(rows, other)); now < least)
+          least = now, xi = other, changed = true;
       }
+  }
   return xi;
 }
 
@@ -165,7 +172,12 @@ RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
                 const std::vector<Unknown>& unknowns, const Resampling& resampling) {
   const auto n = static_cast<Index>(unknowns.size());
   RowFit fit;
-  fit.xi = scanned(model, some_of(rows), VectorXd::Zero(n));
+  std::vector<Index> all(unknowns.size()),
+      wide;  // wide: a range over which the misfit may have several minima
+  std::iota(all.begin(), all.end(), Index{0});
+  std::ranges::copy_if(all, std::back_inserter(wide),
+                       [&](Index j) { return unknowns[static_cast<std::size_t>(j)].logarithmic; });
+  fit.xi = scanned(model, some_of(rows), VectorXd::Zero(n), all);
   const auto known = [&](const VectorXd& xi) {
     auto d = model(rows, xi);
     if (!d.allFinite()) throw FailedRun();
@@ -182,8 +194,9 @@ RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
     return linear;
   };
   auto linear = linear_at(known(fit.xi));
-  double now = sum_of_norms(linear.d), radius = 0.25;
-  bool on_plateau = false;  // once: an unknown without influence here
+  constexpr double first_radius = 0.25;
+  double now = sum_of_norms(linear.d), radius = first_radius;
+  bool searched = false;
   const VectorXd once = VectorXd::Ones(linear.d.rows());
   for (int step = 0; step < most_trials && !fit.settled; ++step) {
     const VectorXd low = (-VectorXd::Ones(n) - fit.xi).cwiseMax(-radius);
@@ -191,13 +204,18 @@ RowFit fit_rows(const RowModel& model, std::span<const std::size_t> rows,
     const VectorXd s = least_sum(linear, once, low, high);
     const double length = n > 0 ? s.cwiseAbs().maxCoeff() : 0, gain = now - sum_of_norms(linear.at(s));
     fit.settled = length < least_step || !(gain > least_gain * now);
-    if (fit.settled && !on_plateau &&
-        std::ranges::any_of(linear.slope, [&](const auto& slope) { return is_flat(slope, linear.d); })) {
-      on_plateau = true;
-      const auto place = scanned(model, rows, fit.xi);
+    if (fit.settled &&
+        !searched) {  // once: by all rows, from an unknown without influence or another minimum
+      searched = true;
+      const bool on_plateau =
+          std::ranges::any_of(linear.slope, [&](const auto& slope) { return is_flat(slope, linear.d); });
+      const auto& along = on_plateau ? all : wide;
+      const auto place = along.empty() ? fit.xi : scanned(model, rows, fit.xi, along);
+      if (place == fit.xi) break;
       if (auto d = known(place); sum_of_norms(d) < now) {
         fit.settled = false;
         fit.xi = place;
+        radius = first_radius;
         now = sum_of_norms(d);
         linear = linear_at(std::move(d));
         continue;

@@ -13,7 +13,10 @@
 // reweighted least squares algorithm for robust regression, Johns Hopkins University, 1979), ε a thousandth of
 // the mean residual. A step is taken if S decreases by a tenth of the predicted amount; otherwise Δ decreases
 // to a quarter of the step. The fit ends when the linear model promises less than 1e-6 of S, or a step below
-// 1e-4: this is 1e-6 N r̄ in S, less than a twentieth of a standard error for up to some 1000 rows N.
+// 1e-4: this is 1e-6 N r̄ in S, less than a twentieth of a standard error for up to some 1000 rows N. S may have
+// several minima over a wide range, which some of the rows do not distinguish. So at the first end the whole
+// ranges of unknowns with a logarithmic scale (of all unknowns, if one has no influence there) are searched by
+// all rows, and the fit continues from a better place.
 //
 // Confidence intervals are from resampling (B. Efron, Ann. Statist. 7 (1979) 1): the rows are drawn with
 // replacement `resamples` times, the linear model at the optimum is minimised for each draw, and the interval

@@ -190,8 +190,9 @@ TEST_CASE("intervals of fits to rows cover the truth in 40 synthetic sets", "[ro
     }
   };
   SECTION("Newton's law") { check(newton, {0.59, 0.185}); }
-  // The misfit has one minimum over the stiffness ratio; from about 4 it has several.
   SECTION("compliant law") { check(compliant, {0.59, 0.185, 2}); }
+  // The misfit has several minima over the stiffness ratio. Some of the rows of one set lead to that at 14.
+  SECTION("compliant law, several minima") { check(compliant, {0.59, 0.185, 4}); }
 }
 
 TEST_CASE("rows that are held out do not influence their prediction", "[rows]") {
