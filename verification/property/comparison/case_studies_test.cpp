@@ -1,8 +1,11 @@
-// Case studies of ratios, freewheels, worms, friction with Stribeck's peak, restitution by approach speed and
-// films of finite length, and published cases of the same elements, by every scheme: against closed forms
+// Case studies of ratios, freewheels, worms, friction with Stribeck's peak, restitution by approach speed,
+// films of finite length and beams, and published cases of the same elements, by every scheme: against closed forms
 // and references that integrate between located events (Python, order 8, tolerance 1e-13).
 #include <numbers>
 
+#include "dynamics/assembly/assembly.hpp"
+#include "dynamics/assembly/modes.hpp"
+#include "dynamics/system.hpp"
 #include "verification/support/rig.hpp"
 
 using namespace freeplay;
@@ -155,6 +158,74 @@ TEST_CASE("case study: equilibrium of a journal in films of finite length, short
       CHECK(std::hypot(end.q[0], end.q[1]) == Approx(row.epsilon * c).epsilon(3e-4));
       CHECK(std::atan2(end.q[0], -end.q[1]) == Approx(row.attitude).epsilon(5e-4));
     }
+}
+
+TEST_CASE("case study: a press whose columns are elastic", "[cases][beams]") {
+  // At the lower dead centre the columns are longer by the overlap d of 0.05 mm: 2 EA d/L. The contact is closed and
+  // the drive prescribes the crank, so that the head is at d − a (t − t₀)²/2, a = r ω² (1 + r/l). The acceleration −a of
+  // head, crank and (half) columns, and (r ω² − a)/2 of the rod's centre, make the force on the die smaller.
+  const double E = 207e9, A = 20e-3 * 40e-3, L = 0.45, d = 0.05e-3, r = 0.05, l = 0.25,
+               w = 2 * std::numbers::pi, a = r * w * w * (1 + r / l);
+  const double columns = 2 * E * A / L * d, inertia = -(40 + 30 + 7850 * A * L) * a + 8 * (r * w * w - a) / 2;
+  const double lowest = (1.5 * std::numbers::pi + 0.5) / w;
+  const auto scene = scene_of("press-frame/scene.toml", {fmt::format("run.duration={}", lowest)});
+  Simulation simulation(scene, "nonsmooth");
+  test::LastForces forces;
+  test::finished(simulation, {&forces});
+  // The axial waves of the columns decay within 0.1 ms and the rod is vertical: the extension is d, with the pull of
+  // half a column's inertia, 1e-4 of the force. Pieces place this inertia to a twentieth of itself, 0.3 N.
+  const double tension = forces.normal("left-1") + forces.normal("right-1");
+  CHECK(tension == Approx(columns).epsilon(1e-3));
+  CHECK(forces.normal("die") - tension == Approx(inertia).epsilon(0.02));
+}
+
+TEST_CASE("case study: frequency, path and impacts of a flexure parallelogram", "[cases][beams]") {
+  const double E = 206e9, L = 0.08, b = 10e-3, h = 0.5e-3, EI = E * b * h * h * h / 12;
+  const auto scene = scene_of("flexure-parallelogram/scene.toml");
+  {
+    // Two springs of 12 EI/L³, with 13/35 of their mass: Rayleigh's quotient with the static deflection, whose error is
+    // of the square of the mass ratio of 0.015.
+    const System system(scene.mechanism);
+    const auto start = assemble(scene.mechanism, RunOptions::Start::assembled);
+    double left = 0, first = INFINITY;
+    for (const auto& mode : find_modes(system, as_it_stands(system, start, {}, left), {}).modes)
+      if (mode.kind == Mode::Kind::swing) first = std::min(first, mode.natural());
+    const double mass = 0.3 + 2 * 13.0 / 35 * 7850 * b * h * L;
+    CHECK(first == Approx(std::sqrt(24 * EI / (L * L * L) / mass) / (2 * std::numbers::pi)).epsilon(2e-4));
+    CHECK(first == Approx(9.18).epsilon(1e-3));
+  }
+  // The stage moves on y = −0.6 x²/L and keeps its angle; the next term is of the order (x/L)⁴, 3e-3 of it.
+  for (const auto& way : {test::fixed_steps(1e-4), test::penalty}) {
+    CAPTURE(way.name);
+    const auto motion = test::motion_rows(scene_of("flexure-parallelogram/scene.toml", {"run.duration=0.06"}),
+                                          way.family, 1e-4);
+    const auto far = *std::ranges::max_element(motion.rows, {}, [](const auto& row) { return row.q[0]; });
+    CHECK(far.q[0] == Approx(4.13e-3).epsilon(5e-3));
+    CHECK(far.q[1] - L == Approx(-0.6 * far.q[0] * far.q[0] / L).epsilon(3e-3));
+    CHECK(motion.worst([](const auto& row) { return row.q[2]; }) < 2e-5);
+  }
+  CHECK(test::touches(test::finished(test::fixed_steps(1e-4), scene)).size() == 5);
+}
+
+TEST_CASE("case study: the first impact of a slider-crank with a flexible rod", "[cases][beams]") {
+  // Up to it the slider keeps its speed of 0, and the rod, without a torque about the crank pin, its line through the
+  // slider: the journal has crossed the clearance c when r (1 − cos θ) + l (1 − cos(λ sin θ)) = c, λ = r/l. Displacements
+  // across, up to 0.01 mm, change the distance by 0.2 µm, the axial strain by the rod's inertia by 0.2 µm: 1e-3 of c.
+  const double r = 0.05, l = 0.3, lambda = r / l, c = 0.25e-3, w = 200 * 2 * std::numbers::pi / 60;
+  double low = 0, high = 0.5;
+  for (int i = 0; i < 60; ++i) {
+    const double angle = 0.5 * (low + high),
+                 crossed = r * (1 - std::cos(angle)) + l * (1 - std::cos(lambda * std::sin(angle)));
+    (crossed < c ? low : high) = angle;
+  }
+  const double approach = w * std::sin(low) * (r + l * lambda * lambda * std::cos(low));
+  for (const auto& way : {test::penalty, test::event_driven, test::chosen_steps}) {
+    CAPTURE(way.name);
+    const auto run = test::finished(
+        way, scene_of("flores2011-flexible/scene.toml", {"run.revolutions=0.02", "run.discard=0"}));
+    CHECK(test::touch(run, 0).t == Approx(low / w).epsilon(1e-3));
+    CHECK(-test::touch(run, 0).v_n_minus == Approx(approach).epsilon(2e-3));
+  }
 }
 
 TEST_CASE("published: LossyGearDemo1 of the Modelica Standard Library", "[cases]") {
