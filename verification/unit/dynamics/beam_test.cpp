@@ -111,6 +111,62 @@ TEST_CASE("shear and rotary inertia lower frequencies as in Timoshenko's beam", 
   }
 }
 
+namespace {
+
+/// Angular frequencies of a cantilever of Timoshenko with length, EI and ρA of 1, the shear stiffness S = κGA and R = ρI
+/// (Han, Benaroya and Wei, J. Sound Vib. 225 (1999) 935), below √(S/R). With y′ − ψ the shear angle,
+///   S (y″ − ψ′) + ω² y = 0,  ψ″ + S (y′ − ψ) + R ω² ψ = 0,  λ⁴ + ω² (1/S + R) λ² + R ω⁴/S − ω² = 0 for e^{λx},
+/// λ = ±α, ±iβ, and ψ = a sinh αx for y = cosh αx, ψ = b cos βx for y = sin βx. Two shapes are clamped at x = 0;
+/// at x = 1, ψ′ and y′ − ψ of a sum of them vanish.
+std::vector<double> timoshenko_cantilever(double S, double R, std::size_t count) {
+  const auto determinant = [&](double w) {
+    const double square = w * w, half = 0.5 * square * (1 / S + R),
+                 root = std::sqrt(half * half - R * square * square / S + square),
+                 alpha = std::sqrt(root - half), beta = std::sqrt(root + half);
+    const double a = (alpha * alpha + square / S) / alpha, b = (beta * beta - square / S) / beta;
+    const double ch = std::cosh(alpha), sh = std::sinh(alpha), c = std::cos(beta), s = std::sin(beta);
+    // y = cosh αx − cos βx, ψ = a sinh αx + b sin βx; and y = sinh αx − (a/b) sin βx, ψ = a (cosh αx − cos βx).
+    const double bend1 = a * alpha * ch + b * beta * c, shear1 = (alpha - a) * sh + (beta - b) * s,
+                 bend2 = a * (alpha * sh + beta * s), shear2 = (alpha - a) * ch + (a - a / b * beta) * c;
+    return bend1 * shear2 - bend2 * shear1;
+  };
+  std::vector<double> list;
+  for (double w = 0.5; list.size() < count; w *= 1.01) {
+    double low = w, high = 1.01 * w;
+    if (determinant(low) * determinant(high) > 0) continue;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (determinant(low) * determinant(middle) > 0 ? low : high) = middle;
+    }
+    list.push_back(low);
+  }
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE("a cantilever has the frequencies of Timoshenko's beam", "[beams]") {
+  // Nearly rigid in shear they are those of Euler and Bernoulli.
+  CHECK(timoshenko_cantilever(1e6, 1e-6, 1)[0] == Approx(3.516015268500151).epsilon(1e-5));
+  const double axial = 400, shear = 0.5 * 0.4 * axial;
+  const auto known = timoshenko_cantilever(shear, 1 / axial, 3);
+  for (const bool free_first : {false, true})
+    for (const double frequency : known) {
+      CAPTURE(free_first, frequency);
+      const auto error = [&](double h) {
+        double nearest = INFINITY;  // among those of axial vibration
+        for (const double w :
+             frequencies(unit_beam(free_first ? "free" : "ground", free_first ? "ground" : "free",
+                                   static_cast<int>(std::round(1 / h)), axial,
+                                   fmt::format("shear_modulus = {}\nshear_factor = 0.5\n", 0.4 * axial))))
+          nearest = std::min(nearest, std::abs(w / frequency - 1));
+        return nearest;
+      };
+      test::check_order({1.0 / 8, 1.0 / 16, 1.0 / 32}, error, 1.8, 2.2);
+      CHECK(error(1.0 / 32) < 1.5 * frequency / (24 * 32 * 32));
+    }
+}
+
 TEST_CASE("a flying beam keeps its momentum and its energy", "[beams]") {
   // Two bodies at the ends of a soft beam, thrown with a spin. EA = 10 kN, EI = 1 N m², 1 kg/m.
   const auto* reduction = GENERATE("", "modes = 0\n", "modes = 2\n");
