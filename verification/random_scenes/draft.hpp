@@ -257,6 +257,10 @@ void flying_beams(Draw& draw, Draft& out);
 void cantilevers(Draw& draw, Draft& out);
 /// Four-bars and slider-cranks with a beam as coupler, and sometimes as crank and rocker.
 void beam_loops(Draw& draw, Draft& out);
+/// Trees whose beams have sections along the length, free ends and damping by a ratio.
+void sectioned_beams(Draw& draw, Draft& out);
+/// Trees and loops with beams reduced to some of their modes.
+void reduced_beams(Draw& draw, Draft& out);
 ///@}
 /// @name With a reference for every row: bodies on curves (moved.cpp)
 ///@{

@@ -35,6 +35,8 @@ constexpr Kind all_kinds[] = {{"thrown", thrown, 3},
                               {"flying-beams", flying_beams, 1, Suite::flexible},
                               {"cantilevers", cantilevers, 1, Suite::flexible},
                               {"beam-loops", beam_loops, 1, Suite::flexible},
+                              {"sectioned-beams", sectioned_beams, 1, Suite::flexible, "beams"},
+                              {"reduced-beams", reduced_beams, 1, Suite::flexible, "beams"},
                               {"table", moved_table, 3, Suite::rows},
                               {"stop", moved_stop, 3, Suite::rows},
                               {"lever", moved_lever, 2, Suite::rows},
@@ -72,7 +74,7 @@ std::vector<Kind> selected(const std::string& selection) {
     add(Suite::flexible, name, "flexible");
     if (list.size() == before)
       throw std::invalid_argument(fmt::format(
-          "there is no kind of random scene \"{}\"; there are: new, elements, surfaces, {}, and flexible, {}",
+          "there is no kind of random scene \"{}\"; there are: new, elements, surfaces, {}, and flexible, beams, {}",
           name, fmt::join(kinds(Suite::rows), ", "), fmt::join(kinds(Suite::flexible), ", ")));
     if (list.back().suite != list.front().suite)
       throw std::invalid_argument("flexible kinds of random scenes are not mixed with those of known rows");

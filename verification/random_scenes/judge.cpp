@@ -92,6 +92,8 @@ bool Subject::alone() const {
          });
 }
 
+bool Subject::reduced() const { return std::ranges::any_of(scene.mechanism.beams, &Beam::is_reduced); }
+
 bool Subject::touching() const {
   for (std::size_t k = 0; k < sight.start_gap.size(); ++k)
     if (sight.start_gap[k] < 1e-6 * sight.measure[k]) return true;

@@ -157,8 +157,8 @@ void extremes_verb(Program& program) {
           .between(1, 1000000);
   options.add("--seed", request.scenes.seed, "seed of the random scenes").needs(count).between(0, 1000000000);
   const auto names = fmt::format(
-      "check all rows of scenes of these kinds, with commas: the sets new, elements and surfaces, or {}; or the set "
-      "flexible, or {}",
+      "check all rows of scenes of these kinds, with commas: the sets new, elements and surfaces, or {}; or the sets "
+      "flexible and beams, or {}",
       fmt::join(verification::random_scenes::kinds(Suite::rows), ", "),
       fmt::join(verification::random_scenes::kinds(Suite::flexible), ", "));
   const auto kinds = options.add("--kinds", request.scenes.kinds, names.c_str()).takes("NAMES").needs(count);

@@ -237,11 +237,11 @@ std::optional<std::string> otherwise(Subject& s, const Scene& scene, double time
 }
 
 std::optional<std::string> mirror(Subject& s) {
-  if (chosen(s, 3) != 0) return {};
+  if (s.reduced() || chosen(s, 3) != 0) return {};
   return otherwise(s, mirrored(by_pieces(s.scene)), 1, "in a mirror");
 }
 std::optional<std::string> units(Subject& s) {
-  if (chosen(s, 3) != 1) return {};
+  if (s.reduced() || chosen(s, 3) != 1) return {};
   Draw draw(s.drawn.seed, static_cast<std::uint64_t>(s.drawn.index) + 1000003);
   const auto power = [&] { return std::ldexp(1.0, draw.whole(-12, 12)); };
   Units u{power(), power(), power()};
@@ -254,7 +254,7 @@ std::optional<std::string> units(Subject& s) {
                    fmt::format("lengths × {}, masses × {}, times × {}", u.length, u.mass, u.time).c_str());
 }
 std::optional<std::string> order(Subject& s) {
-  if (chosen(s, 3) != 2) return {};
+  if (s.reduced() || chosen(s, 3) != 2) return {};
   return otherwise(s, reordered(by_pieces(s.scene)), 1, "in the opposite order");
 }
 

@@ -110,6 +110,8 @@ struct Subject {
   bool conservative() const;
   /// No external action: no ground, no gravity, no loads or drives.
   bool alone() const;
+  /// Some beams are reduced: their pieces are not transformed, and their modes store energy beside the loads.
+  bool reduced() const;
   /// Some contacts are closed at the start.
   bool touching() const;
 };

@@ -69,6 +69,12 @@ Energy energy_of(const Mechanism& m, const State& s) {
 /// The terms of the balance, from the states alone where possible.
 std::optional<std::string> balance(Subject& s) {
   const auto& l = s.sight.result.ledger;
+  const double bound = s.way.stepped ? 1e-3 : 1e-4;
+  if (s.reduced()) {
+    if (!(std::abs(l.closure()) <= bound * l.scale()))
+      return fmt::format("balance misses {:.2g} of {:.2g} J, above {:.0e}", l.closure(), l.scale(), bound);
+    return {};
+  }
   const auto end = energy_of(s.scene.mechanism, s.sight.result.final_state),
              start = energy_of(s.scene.mechanism, s.sight.start);
   const double scale =
@@ -79,7 +85,6 @@ std::optional<std::string> balance(Subject& s) {
                        scale);
   const double left = end.kinetic + end.potential + l.elastic - start.kinetic - start.potential - l.drive -
                       l.load - l.stabilisation + l.contact + l.friction + l.damping + l.film;
-  const double bound = s.way.stepped ? 1e-3 : 1e-4;
   if (!(std::abs(left) <= bound * scale))
     return fmt::format("balance misses {:.2g} of {:.2g} J, above {:.0e}", left, scale, bound);
   return {};
@@ -161,7 +166,7 @@ std::optional<std::string> depth(Subject& s) {
 }
 
 std::optional<std::string> newton(Subject& s) {
-  if (!s.sight.newton) return {};
+  if (!s.sight.newton || s.reduced()) return {};
   // Adaptive steps may be so short that their whole change is a rounding of velocities: only their
   // impulses are compared.
   const bool chosen = (s.way.means && !s.way.stepped) || s.sight.result.work.handovers > 0;

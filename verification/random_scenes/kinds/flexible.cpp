@@ -3,6 +3,9 @@
 // A beam of length L, wave speed c and slenderness λ has bending frequencies of about 3c/(λL): speeds are a small
 // part of c/λ, so that beams bend by a small part of a radian. A run lasts 150 radians of the highest
 // frequency, and gaps are a share of the distance that bodies move in that time.
+//
+// The kinds of the selection "beams" also draw sections along the length, free ends, damping by a ratio and reduced
+// beams. Their parts follow the others, which keep their numbers.
 #include <algorithm>
 #include <vector>
 
@@ -11,8 +14,16 @@
 namespace freeplay::verification::random_scenes {
 namespace {
 
+/// A size of a section, which grows with this power of its lengths.
+struct Size {
+  const char* key;
+  double value;
+  int power;
+};
+
 struct Rod {
-  std::string name, lines;
+  std::string name, lines, shape;
+  std::vector<Size> sizes;
   double length = 1, height = 1, mass = 1, axial = 1, bending = 1, curvature = 0;
   int elements = 1;
   /// Angle from a tangent to the chord, and the length of the chord.
@@ -40,18 +51,18 @@ class Stage {
     double area = w * h, moment = area * h * h / 12;
     switch (draw.whole(0, 3)) {
       case 0:
-        r.lines = toml("section = 'rectangle'\nwidth = {}\nheight = {}\n", w, h);
+        r.shape = "rectangle", r.sizes = {{"width", w, 1}, {"height", h, 1}};
         break;
       case 1:
-        r.lines = toml("section = 'circle'\ndiameter = {}\n", h);
+        r.shape = "circle", r.sizes = {{"diameter", h, 1}};
         area = pi / 4 * h * h, moment = area * h * h / 16;
         break;
       case 2:
-        r.lines = toml("section = 'tube'\ndiameter = {}\nwall = {}\n", h, wall);
+        r.shape = "tube", r.sizes = {{"diameter", h, 1}, {"wall", wall, 1}};
         area = pi * wall * (h - wall), moment = pi / 64 * (std::pow(h, 4) - std::pow(h - 2 * wall, 4));
         break;
       default:
-        r.lines = toml("area = {}\nsecond_moment = {}\n", area, moment);
+        r.sizes = {{"area", area, 2}, {"second_moment", moment, 4}};
     }
     r.mass = density * area * of, r.axial = young * area, r.bending = young * moment;
     if (!straight && draw.chance(0.3)) r.curvature = draw.either_way(1) / of;
@@ -63,6 +74,34 @@ class Stage {
     return r;
   }
 
+  /// A rod with one or more of the keys that the first kinds do not have.
+  Rod further_rod(double of, bool reduced) {
+    Rod r = rod(of, reduced);
+    if (reduced) r.lines += toml("modes = {}\n", draw.whole(0, r.elements / 2));
+    if (!reduced && draw.chance(0.6)) {  // thinner along the length: at the ends of pieces or within
+      std::string rows;
+      double from = 0, share = 1;
+      for (int left = draw.whole(2, 3); left > 0; --left, share *= draw.between(0.75, 1)) {
+        rows += (from == 0 ? "[" : ", [") + text_of(from);
+        for (const auto& size : r.sizes) rows += ", " + text_of(size.value * std::pow(share, size.power));
+        rows += "]";
+        from = draw.chance(0.5) && r.elements > 1
+                   ? std::floor(from * r.elements + draw.whole(1, 3) + 1e-6) / r.elements
+                   : from + (1 - from) * draw.between(0.1, 0.8);
+        if (from >= 1) break;
+      }
+      r.sizes.clear();
+      r.lines += "sections = [" + rows + "]\n";
+      thinner = true;
+    }
+    if (r.lines.find("damping") == std::string::npos && draw.chance(0.6)) {
+      const double wave = std::sqrt(density / young), hertz = 0.1 / (of * wave);
+      r.lines += toml("damping_ratio = {}\ndamping_frequency = {}\n",
+                      std::numbers::pi * hertz * of / r.elements * wave * draw.decades(-2, 0), hertz);
+    }
+    return r;
+  }
+
   DraftBody body(const std::string& name, const Rod& r, Vec2 at, double angle) {
     DraftBody b{name, r.mass * draw.decades(-0.5, 0.7), 1, at, angle, {0, 0}, 0};
     b.inertia = b.mass * std::pow(r.length * draw.between(0.1, 0.3), 2);
@@ -70,13 +109,16 @@ class Stage {
   }
 
   /// A rod between two bodies (nullptr: the ground), at a point and an angle of each.
+  /// Its second end is free if `j` is a nullptr.
   void connect(const Rod& r, const DraftBody* i, const DraftBody* j, Vec2 si, Vec2 sj, double ai, double aj) {
-    out.table(
-        "beams." + r.name,
-        toml("between = ['{}', '{}']\nat = [{}, {}]\nangles = {}\nlength = {}\nelements = {}\n"
-             "young = {}\ndensity = {}\n",
-             i ? i->name : "ground", j->name, si, sj, Vec2{ai, aj}, r.length, r.elements, young, density) +
-            r.lines);
+    auto section = r.shape.empty() ? "" : toml("section = '{}'\n", r.shape);
+    for (const auto& size : r.sizes) section += toml("{} = {}\n", size.key, size.value);
+    out.table("beams." + r.name,
+              toml("between = ['{}', '{}']\nat = [{}, {}]\nangles = {}\nlength = {}\nelements = {}\n"
+                   "young = {}\ndensity = {}\n",
+                   i ? i->name : "ground", j ? j->name : "free", si, sj, Vec2{ai, aj}, r.length, r.elements,
+                   young, density) +
+                  section + r.lines);
     // Each half element by itself: the trace of M⁻¹K bounds the squares of its frequencies.
     const double l = r.length / r.elements, m = r.mass / r.elements, J = m * l * l / 12,
                  along = 2 * r.axial / l, across = 96 * r.bending / (l * l * l), turn = 8 * r.bending / l;
@@ -118,6 +160,8 @@ class Stage {
   }
 
   void end(double contact_speed, double mass) {
+    // Neighbouring sections may raise it by the root of 2/(1 + 0.75⁴).
+    if (thinner) fastest *= 1.25;
     out.fastest = fastest;
     const double shortest = std::isfinite(flight) ? flight : 0.1 * time();
     out.ends(contact_speed, shortest, time());
@@ -125,6 +169,7 @@ class Stage {
   }
 
   double fastest = 0, flight = INFINITY, radius = INFINITY, gaps = INFINITY;
+  bool thinner = false;  ///< some rods have sections along the length
 
  private:
   int rods_ = 0, discs_ = 0;
@@ -139,8 +184,18 @@ Vec2 middle(const Rod& r, Vec2 place, double direction, Vec2 end, int n) {
               x * Vec2{std::cos(turn), std::sin(turn)});
 }
 
+/// The same of a rod with a free end, on its unloaded arc.
+Vec2 middle_of_arc(const Rod& r, Vec2 place, double direction, int n) {
+  const double s = r.length * (n - 0.5) / r.elements, half = 0.5 * r.curvature * s,
+               chord = half == 0 ? s : s * std::sin(half) / half;
+  return place + chord * Vec2{std::cos(direction + half), std::sin(direction + half)};
+}
+
+/// Beams of the first kinds, with sections along the length and free ends, or reduced.
+enum class Beams { first, sectioned, reduced };
+
 /// A chain of bodies and rods, the first rod on the ground or on a body in flight.
-void tree(Draw& draw, Draft& out, bool flies) {
+void tree(Draw& draw, Draft& out, bool flies, Beams beams = Beams::first) {
   Stage stage(draw, out);
   const int count = draw.whole(1, 3);
   const double L = stage.length, v = stage.speed, spin = flies ? draw.either_way(1) * v / L : 0;
@@ -159,13 +214,21 @@ void tree(Draw& draw, Draft& out, bool flies) {
   };
   std::vector<Grown> grown;
   for (int n = 0; n < count; ++n) {
-    const auto r = stage.rod(L * draw.between(0.5, 1), false);
+    const double of = L * draw.between(0.5, 1);
+    const auto r =
+        beams == Beams::first ? stage.rod(of, false) : stage.further_rod(of, beams == Beams::reduced);
     if (bodies.empty() && flies) move(bodies.emplace_back(stage.body("b", r, {0, 0}, draw.angle())));
     const auto* from = bodies.empty() ? nullptr : &bodies.back();
     const Vec2 si = from ? draw.along(0.1 * L * draw()) : Vec2{0, 0}, sj = draw.along(0.1 * L * draw());
     const double ai = draw.angle(), direction = ai + (from ? from->angle : 0), chord = direction + r.half();
     const Vec2 place = from ? from->world(si) : si,
                end = place + r.chord() * Vec2{std::cos(chord), std::sin(chord)};
+    if (beams == Beams::sectioned && from && n == count - 1 && draw.chance(0.6)) {
+      stage.connect(r, from, nullptr, si, {0, 0}, ai, 0);
+      stage.opponent(toml("{}-{}", r.name, r.elements), middle_of_arc(r, place, direction, r.elements),
+                     from->velocity, 0.5 * r.height, r.mass, true);
+      break;
+    }
     auto b = stage.body(toml("b{}", n), r, {0, 0}, draw.angle());
     b.at = end - DraftBody::turned(sj, b.angle);
     move(b);
@@ -174,6 +237,7 @@ void tree(Draw& draw, Draft& out, bool flies) {
     bodies.push_back(b);
   }
   const auto& last = bodies.back();
+  if (grown.empty()) return stage.end(v, last.mass);  // one rod with a free end
   const auto& tip = grown.back();
   if (draw.chance(0.6)) stage.opponent(last.name, last.at, last.velocity, 0.1 * L, last.mass, flies);
   if (draw.chance(0.5)) {
@@ -195,14 +259,10 @@ void tree(Draw& draw, Draft& out, bool flies) {
   stage.end(v, last.mass);
 }
 
-}  // namespace
-
-void flying_beams(Draw& draw, Draft& out) { tree(draw, out, true); }
-void cantilevers(Draw& draw, Draft& out) { tree(draw, out, false); }
-
-void beam_loops(Draw& draw, Draft& out) {
+/// A four-bar or slider-crank with a beam as coupler.
+void loop_of(Draw& draw, Draft& out, bool reduced) {
   Stage stage(draw, out);
-  const auto coupler = stage.rod(stage.length, false);
+  const auto coupler = reduced ? stage.further_rod(stage.length, true) : stage.rod(stage.length, false);
   const double d = coupler.chord(), r = d * draw.between(0.25, 0.4), v = stage.speed,
                omega = v / r * draw.sign(), angle = draw.angle();
   const Vec2 pin{r * std::cos(angle), r * std::sin(angle)}, foot{r * draw.between(2, 3), 0};
@@ -265,6 +325,17 @@ void beam_loops(Draw& draw, Draft& out) {
     out.drive(driven, toml("torque = {}\n", coupler.mass * v * v * draw.sign()));
   stage.flight = std::isfinite(stage.gaps) ? std::sqrt(2 * stage.gaps / a) : INFINITY;
   stage.end(std::isfinite(stage.gaps) ? std::sqrt(2 * stage.gaps * a) : v, coupler.mass);
+}
+
+}  // namespace
+
+void flying_beams(Draw& draw, Draft& out) { tree(draw, out, true); }
+void cantilevers(Draw& draw, Draft& out) { tree(draw, out, false); }
+void beam_loops(Draw& draw, Draft& out) { loop_of(draw, out, false); }
+void sectioned_beams(Draw& draw, Draft& out) { tree(draw, out, draw.chance(0.5), Beams::sectioned); }
+void reduced_beams(Draw& draw, Draft& out) {
+  if (draw.chance(0.4)) return loop_of(draw, out, true);
+  tree(draw, out, draw.chance(0.5), Beams::reduced);
 }
 
 }  // namespace freeplay::verification::random_scenes
