@@ -2,12 +2,14 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <variant>
 
 #include "dynamics/system.hpp"
 #include "mechanism/scene.hpp"
 #include "numerics/bracketed_root.hpp"
 #include "numerics/dual.hpp"
+#include "values/diagnostic.hpp"
 
 namespace freeplay {
 namespace {
@@ -94,6 +96,19 @@ std::optional<double> steady_ratio(const Film& film, double load, double speed) 
   return bracketed_root(excess, 0.0, most, {52, 200});
 }
 
+std::optional<std::string> range_note(const std::string& joint, const Film& film) {
+  constexpr double longest_short = 0.5, shortest_long = 2;  // L/D
+  const double length = film.length / (2 * film.radius);
+  const auto note = [&](const char* side, double limit) {
+    return diagnostic<Diagnostic::film_length>(joint, text_of(film.kind), length, side, limit);
+  };
+  if (film.kind == Film::Kind::short_bearing && length > longest_short * (1 + 1e-9))
+    return note("up to", longest_short);
+  if (film.kind == Film::Kind::long_bearing && length < shortest_long * (1 - 1e-9))
+    return note("from", shortest_long);
+  return std::nullopt;
+}
+
 namespace {
 
 class FilmsOfSystem final : public FilmProbe {
@@ -113,6 +128,13 @@ class FilmsOfSystem final : public FilmProbe {
     std::vector<std::string> names;
     for (const auto& film : films_) names.push_back(film.joint);
     return names;
+  }
+
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> list;
+    for (const auto& film : films_)
+      if (auto note = range_note(film.joint, film.law)) list.push_back(std::move(*note));
+    return list;
   }
 
   void evaluate(double t, std::span<const double> q, std::span<const double> v,

@@ -22,6 +22,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "formulations/contact/film.hpp"
 #include "simulation/film_statistics.hpp"
@@ -63,6 +64,9 @@ SteadyFilm steady_film(const Film& film, double ratio, double speed);
 /// ε at which the film carries a load; empty if the load exceeds the capacity at the hand-over
 /// thickness, where dry contact begins to carry.
 std::optional<double> steady_ratio(const Film& film, double load, double speed);
+
+/// The note `film_length` on a short or long film outside its range of L/D; empty within.
+std::optional<std::string> range_note(const std::string& joint, const Film& film);
 
 /// The lubricant films of a scene at any state, for FilmStatistics.
 std::unique_ptr<FilmProbe> film_probe(const Scene& scene);

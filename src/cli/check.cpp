@@ -15,6 +15,7 @@
 #include "dynamics/beam_reduction.hpp"
 #include "dynamics/planar.hpp"
 #include "dynamics/system.hpp"
+#include "formulations/contact/steady_film.hpp"
 #include "formulations/make.hpp"
 #include "io/files/output_estimate.hpp"
 #include "io/files/result_set.hpp"
@@ -186,16 +187,12 @@ void reduction_errors(const Mechanism& m, const State& start) {
     fmt::print("  {:>14.6g} {:>14.6g} {:>12.2g}\n", all[i].reduced, all[i].full, all[i].error());
 }
 
-/// Prints the film of a joint, and whether its bearing has a length for which the film is accurate.
+/// Prints the film of a joint, and a note if its bearing has a length for which the film is inaccurate.
 void film_range(const ContactFacts& facts) {
-  if (!facts.lubricant) return;
-  constexpr double longest_short = 0.5, shortest_long = 2;  // L/D
-  const auto kind = facts.lubricant->film;
-  const double length = *facts.bearing_length / (2 * facts.radius_bearing);
-  const bool outside = (kind == Lubricant::Film::short_bearing && length > longest_short * (1 + 1e-9)) ||
-                       (kind == Lubricant::Film::long_bearing && length < shortest_long * (1 - 1e-9));
-  fmt::print("    film: {}, L/D = {:.4g}{}\n", text_of(kind), length,
-             outside ? ", overestimates the load; use \"finite\"" : "");
+  const auto film = make_film(facts);
+  if (!film) return;
+  fmt::print("    film: {}, L/D = {:.4g}\n", text_of(film->kind), film->length / (2 * film->radius));
+  if (const auto note = range_note(facts.name, *film)) fmt::print("{}", wrapped("    " + *note + "\n", 6));
 }
 
 void draw_pose(const Scene& scene, const State& start, const std::string& output, double magnify) {

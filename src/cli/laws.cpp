@@ -60,12 +60,7 @@ void say_bearing(const std::string& joint, const Film& film) {
              film.kind == Film::Kind::finite_length ? "finite-length" : text_of(film.kind),
              film.cavitated ? "half-Sommerfeld film" : "full film", film.length / (2 * film.radius),
              film.radius / film.clearance, film.viscosity);
-  // Ocvirk's approximation neglects the pressure flow around the journal.
-  constexpr double longest = 0.5;  // L/D
-  if (film.kind == Film::Kind::short_bearing && film.length / (2 * film.radius) > longest * (1 + 1e-9))
-    fmt::print(
-        "The short-bearing film is accurate for L/D up to 0.5; beyond, it overestimates\nthe load that the "
-        "film carries, so the eccentricity is underestimated. Use\nfilm = \"finite\".\n\n");
+  if (const auto note = range_note(joint, film)) fmt::print("{}", wrapped(*note + "\n\n"));
 }
 
 std::string threshold(const SteadyFilm& s, const char* unit) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace freeplay {
@@ -60,6 +61,7 @@ void FilmStatistics::step(const Step& step) {
 }
 
 void FilmStatistics::into(Result& result) const {
+  std::ranges::move(probe_->notes(), std::back_inserter(result.notes));
   if (!(time_ > 0)) return;
   const auto names = probe_->joints();
   for (std::size_t k = 0; k < tallies_.size(); ++k) {

@@ -37,6 +37,8 @@ class FilmProbe {
   virtual ~FilmProbe() = default;
   /// Names of the lubricated joints, in the scene's order.
   virtual std::vector<std::string> joints() const = 0;
+  /// Notes on films outside their range.
+  virtual std::vector<std::string> notes() const = 0;
   /// Fills one entry for each of joints().
   virtual void evaluate(double t, std::span<const double> q, std::span<const double> v,
                         std::span<FilmState> out) = 0;
@@ -49,8 +51,8 @@ class FilmStatistics final : public Observer {
   /// `discard` (s): excluded start.
   FilmStatistics(std::unique_ptr<FilmProbe> probe, double discard);
 
-  /// Writes ContactSummary::film of each lubricated joint; nothing if the run ended before
-  /// `discard`.
+  /// Writes the notes on the films, and ContactSummary::film of each lubricated joint unless the run ended
+  /// before `discard`.
   void into(Result& result) const;
 
   void begin(const Layout& layout, const State& state) override;

@@ -159,6 +159,22 @@ TEST_CASE("laws --film refuses joints without film and loads beyond its capacity
        {" --load 1 --rpm 100", "--film"}});
 }
 
+TEST_CASE("check, laws and run note a film outside its range of L/D", "[film]") {
+  const test::TemporaryFolder folder;
+  const auto text = test::file_text(test::source_folder() / "cases/finite-bearing/scene.toml");  // L/D = 1
+  for (const std::string film : {"short", "long", "finite"}) {
+    CAPTURE(film);
+    const auto scene = (folder.path() / (film + ".toml")).string(), out = (folder.path() / film).string();
+    write_file(scene, test::replaced(text, "film = \"finite\"", "film = \"" + film + "\""));
+    const auto run =
+        test::succeeded("run " + scene + " --set run.duration=1e-3 --formulation nonsmooth -o " + out).out;
+    for (const auto& report :
+         {run, test::read_json(folder.path() / film / "run.json")["notes"].dump(),
+          test::succeeded("check " + scene).out, test::succeeded("laws " + scene + " --film bearing").out})
+      CHECK((report.find("film at L/D = 1 overestimates") != std::string::npos) == (film != "finite"));
+  }
+}
+
 TEST_CASE("run.json has the statistics of each film", "[film]") {
   const test::TemporaryFolder folder;
   test::succeeded("run " + pin_scene() +
