@@ -241,6 +241,63 @@ TEST_CASE("published: LossyGearDemo1 of the Modelica Standard Library", "[cases]
   }
 }
 
+TEST_CASE("published: LossyGearDemo2 of the Modelica Standard Library", "[cases]") {
+  // Backwards until 0.0635910958 s, stuck, forwards from 0.2303740159 s, stuck from 0.3083068569 s, backwards
+  // from 0.4727383105 s. Closed form of the linear motions between roots, in Python. Published digits: of the
+  // second inertia, DASSL, tolerance 1e-6.
+  const struct {
+    double t, angle, speed, published_angle, published_speed;
+  } list[] = {{0.15, -0.00111809056553447, 0, -0.000559046142, 0},
+              {0.27, -0.00108069139731126, 0.00224576706062152, -0.000540347410050, 0.00112288230283},
+              {0.4, -0.00100354074461284, 0, -0.000501771990250, 0},
+              {0.5, -0.0011783627589218, -0.0192485589841933, -0.000589183323069, -0.00962427809301}};
+  for (const auto& way : {test::penalty, test::event_driven, test::automatic, test::fixed_steps(1e-4)})
+    for (const auto& at : list) {
+      CAPTURE(way.name, at.t);
+      const auto end = test::finished(way, scene_of("published/modelica-lossy-gear/demo2.toml",
+                                                    {fmt::format("run.duration={}", at.t)}))
+                           .final_state;
+      // Penalty: 1e-6 rad/s of creep. Fixed steps: h² α̇ of five events.
+      const double error = bound(way, 1e-6, 1e-8, 0, 1e-6);
+      CHECK(end.q[2] == Approx(at.angle).margin(error));
+      CHECK(end.v[2] == Approx(at.speed).margin(10 * error));
+      CHECK(-end.q[5] == Approx(at.published_angle).margin(error + 1e-8));
+      CHECK(-end.v[5] == Approx(at.published_speed).margin(10 * error + 1e-7));
+    }
+}
+
+TEST_CASE("published: LossyGearDemo3 of the Modelica Standard Library", "[cases]") {
+  // Bearing friction B stops each inertia alone, −B/J = −500 rad/s²: the mesh is unloaded, and neither side
+  // drives. A torque T on the second inertia then turns both beyond B + B/η, with (T − B − B/η)/(J + J/η).
+  const double J = 1e-3, B = 0.5, eta = 0.25, limit = B + B / eta;
+  for (const auto& way : {test::penalty, test::event_driven, test::automatic}) {
+    CAPTURE(way.name);
+    const auto at = [&](double duration, double torque) {
+      return test::finished(way, scene_of("published/modelica-lossy-gear/demo3.toml",
+                                          {fmt::format("run.duration={}", duration),
+                                           fmt::format("loads.push.torque={}", -torque)}))
+          .final_state;
+    };
+    // Penalty: 1e-6 rad/s of creep for 0.5 s.
+    const double error = way.penalty() ? 1e-6 : 1e-9;
+    const auto slows = at(0.01, 1), held = at(1, 1), barely = at(0.6, 0.96 * limit);
+    CHECK(slows.q[2] == Approx(0.075).margin(error));
+    CHECK(-slows.q[5] == Approx(0.075).margin(error));
+    CHECK(slows.v[2] == Approx(5).margin(error));
+    // Published at 1 s: 0.099999999017 rad.
+    for (const auto& state : {held, barely}) {
+      CHECK(state.q[2] == Approx(0.1).margin(error));
+      CHECK(std::abs(state.v[2]) < error);
+    }
+    // The torque passes the limit `late` before 0.5 s, at the end of its rise of 0.1 ms.
+    const double T = 1.04 * limit, late = 1e-4 * (1 - limit / T), alpha = (T - limit) / (J + J / eta);
+    const auto turns = at(0.6, T);
+    CHECK(turns.q[2] ==
+          Approx(0.1 + alpha * (0.1 * 0.1 / 2 + late * 0.1 / 2 + late * late / 6)).margin(2 * error));
+    CHECK(turns.v[2] == Approx(alpha * (0.1 + late / 2)).margin(2 * error));
+  }
+}
+
 TEST_CASE("published: Friction of the Modelica Standard Library", "[cases]") {
   for (const auto& way : {test::penalty, test::event_driven, test::automatic, test::fixed_steps(1e-4)}) {
     CAPTURE(way.name);
