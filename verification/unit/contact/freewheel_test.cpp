@@ -145,6 +145,54 @@ TEST_CASE("a freewheel takes no impulse in an impact, and stops the rebound", "[
     }
 }
 
+TEST_CASE("a freewheel behind a joint with play engages later by the play over the relative rate",
+          "[freewheel]") {
+  // A motor of Ω takes a light ring along after the play p, and the ring drives a wheel of ω₀ through the
+  // freewheel: ω₀ until t₁ = p/Ω, then α = T/J_b until Ω, then Ω. The ring bounces with Ω(1 ± e), above ω₀.
+  const double Jb = 0.01, Jm = 1e-4, Omega = 4, start = 1, T = 0.2, k = 1e8, end = 0.3, r = 0.1;
+  const double alpha = T / Jb, slip = (Omega - start) / alpha;
+  const auto text = [&](bool stops) {
+    const double side = stops ? 1 : -1, x = stops ? 0 : 2 * r;  // gears: ring and wheel turn the other way
+    const auto at = fmt::format("position = [{}, 0]\n", x);
+    return test::body("a", 1, 0.01, fmt::format("angular_velocity = {}\n", Omega)) +
+           test::body("m", 1, Jm, at) +
+           test::body("b", 1, Jb, at + fmt::format("angular_velocity = {}\n", side * start)) +
+           test::pin("shaft", "ground", "a") + test::pin("hub", "ground", "b", {x, 0}) +
+           (stops ? test::pin("ring", "a", "m") +
+                        test::stop(
+                            "play", "angle-stop", "ring",
+                            fmt::format("lower = -0.1\nupper = 0.1\nradius = {}\nstiffness = {}\n", r, k))
+                  : test::pin("ring", "ground", "m", {x, 0}) +
+                        test::joint("play", "gear", "a", "m", {}, {},
+                                    fmt::format("teeth = [20, 20]\nmodule = 0.01\nbacklash = 2e-3\n"
+                                                "mesh_stiffness = {}\nsurface = \"s\"\n",
+                                                k))) +
+           test::surface("s", 0.5) + test::motor("motor", "shaft", Omega) +
+           freewheel(
+               "m", "b",
+               fmt::format("torque_limit = {}\ndirection = \"{}\"\n", T, stops ? "forward" : "backward")) +
+           test::run_for(end, "start = \"given\"\n");
+  };
+  for (const bool stops : {true, false})
+    for (const auto& way : ways) {
+      CAPTURE(stops, way.name);
+      // Half of the backlash lies on either side of a tooth, along the line of action at 20°.
+      const double radius = stops ? r : r * std::cos(M_PI / 9), play = stops ? 0.1 : 1e-3 / radius,
+                   touch = play / Omega, rest = end - touch - slip, side = stops ? 1 : -1;
+      // Penalty: the deflection T/(k r) of the stop is released with this rate. Fixed steps: α h of one step.
+      const double error = way.penalty()  ? T / (radius * std::sqrt(k * (Jm + Jb)))
+                           : way.fixed()  ? alpha * way.step
+                           : way.chosen() ? 1e-6
+                                          : 1e-9;
+      const auto run = test::finished(way, text(stops));
+      CHECK(test::touch(run, 0).t == Approx(touch).margin(way.fixed() ? way.step : 1e-9));
+      CHECK(side * run.final_state.v[8] == Approx(Omega).margin(error));
+      CHECK(side * run.final_state.q[8] ==
+            Approx(start * (touch + slip) + 0.5 * alpha * slip * slip + Omega * rest)
+                .margin(error * rest + 1e-9));
+    }
+}
+
 TEST_CASE("snapshots of freewheels", "[freewheel][snapshot]") {
   const auto text = ratchet(0.1, 1, 0.8);
   snapshots::check({text + "[penalty]\nintegrator = \"rosenbrock4\"\n", "penalty", {}});
