@@ -22,9 +22,14 @@
 //     N = ½ + (asin f + f √(1 − f²))/π − i (4b/(πA))(1 − b/A)
 //
 // (friction-controlled backlash: Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, app. B).
+// With harmonics up to K, x_k = −C(kω) G(kω) Y_k of the motor, where Y_k is that of the load for the whole x,
+// and N = Y_1/A. Neglected harmonics ρ A, ρ = Σ |C G Y_k|/A, change the load by at most ρ A at any time (play
+// has the Lipschitz constant 1), hence N by at most (4/π) ρ. This circle of N bounds the errors of ω and A (A. I.
+// Mees, A. R. Bergen, IEEE Trans. Autom. Control 20 (1975) 473), to first order in ρ.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -137,18 +142,77 @@ struct SampledCycle {
 struct BacklashCycle {
   using C = std::complex<double>;
   double J, c, b, kp, ki, kd, h;
-  double omega = 0, amplitude = 0;
+  int harmonics = 1;  ///< K, odd, at most 15
+  double omega = 0;
+  double amplitude = 0;  ///< A of the first harmonic
+  double peak = 0;       ///< greatest distance of the motor from 0
+  double neglected = 0;  ///< ρ, of harmonics up to 15
+  C shift = 0;           ///< of N by the harmonics
 
   /// Searches ω between two values (rad/s) at which the balance of phases differs in sign.
   void solve(double low, double high) {
+    Harmonics x{};
+    shift = 0;
+    for (int i = 0; i < (harmonics > 1 ? 40 : 1); ++i) {
+      balance(low, high);
+      const auto Y = load(x);
+      shift = Y[1] / amplitude - gain(amplitude);
+      neglected = 0;
+      for (int k = 3; k <= 15; k += 2) {
+        const auto at = static_cast<std::size_t>(k);
+        const C fed_back = Y[at] / needed(k * omega);
+        if (k <= harmonics) x[at] = fed_back;
+        if (k > harmonics) neglected += std::abs(fed_back) / amplitude;
+      }
+    }
+  }
+
+  /// Bounds of the relative errors of omega and peak.
+  struct Errors {
+    double omega = 0, peak = 0;
+  };
+  Errors errors(double low, double high) const {
+    Errors most;
+    for (int i = 0; i < 72; ++i) {
+      auto other = *this;
+      other.shift += std::polar(4 / std::numbers::pi * neglected, i * std::numbers::pi / 36);
+      other.balance(low, high);
+      most.omega = std::max(most.omega, std::abs(other.omega / omega - 1));
+      most.peak = std::max(most.peak, std::abs(other.amplitude / amplitude - 1));
+    }
+    most.peak += neglected;
+    return most;
+  }
+
+ private:
+  using Harmonics = std::array<C, 16>;  ///< x = Im Σ x_k exp(ikωt)
+
+  void balance(double low, double high) {
     const bool rises = phase(low) < 0;
     for (int i = 0; i < 100; ++i) {
       omega = 0.5 * (low + high);
       ((phase(omega) < 0) == rises ? low : high) = omega;
     }
   }
-
- private:
+  /// Y for the motor's motion, in the second of two turns; sets peak.
+  Harmonics load(const Harmonics& x) {
+    constexpr int n = 4096;
+    Harmonics Y{};
+    double place = 0;
+    peak = 0;
+    for (int i = 0; i < 2 * n; ++i) {
+      const C turn = std::polar(1.0, 2 * std::numbers::pi * i / n);
+      std::array<C, 16> power{1};
+      for (std::size_t k = 1; k < power.size(); ++k) power[k] = turn * power[k - 1];
+      double motor = amplitude * turn.imag();
+      for (std::size_t k = 3; k < x.size(); k += 2) motor += (x[k] * power[k]).imag();
+      place = std::clamp(place, motor - b, motor + b);
+      if (i < n) continue;
+      peak = std::max(peak, std::abs(motor));
+      for (std::size_t k = 1; k < Y.size(); k += 2) Y[k] += C(0, 2.0 / n) * place * std::conj(power[k]);
+    }
+    return Y;
+  }
   C gain(double A) const {
     const double f = 1 - 2 * b / A;
     return {0.5 + (std::asin(f) + f * std::sqrt(1 - f * f)) / std::numbers::pi,
@@ -169,9 +233,9 @@ struct BacklashCycle {
     double low = b, high = 1e6 * b;
     for (int i = 0; i < 200; ++i) {
       amplitude = std::sqrt(low * high);
-      (std::abs(gain(amplitude)) < std::abs(t) ? low : high) = amplitude;
+      (std::abs(gain(amplitude) + shift) < std::abs(t) ? low : high) = amplitude;
     }
-    return std::arg(t / gain(amplitude));
+    return std::arg(t / (gain(amplitude) + shift));
   }
 };
 
