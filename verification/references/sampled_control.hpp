@@ -24,8 +24,8 @@
 // (friction-controlled backlash: Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, app. B).
 // With harmonics up to K, x_k = −C(kω) G(kω) Y_k of the motor, where Y_k is that of the load for the whole x,
 // and N = Y_1/A. Neglected harmonics ρ A, ρ = Σ |C G Y_k|/A, change the load by at most ρ A at any time (play
-// has the Lipschitz constant 1), hence N by at most (4/π) ρ. This circle of N bounds the errors of ω and A (A. I.
-// Mees, A. R. Bergen, IEEE Trans. Autom. Control 20 (1975) 473), to first order in ρ.
+// has the Lipschitz constant 1), hence N by at most (4/π) ρ. This circle of N bounds the errors of ω and A
+// (A. I. Mees, A. R. Bergen, IEEE Trans. Autom. Control 20 (1975) 473), to first order in ρ.
 #pragma once
 
 #include <algorithm>

@@ -322,6 +322,26 @@ TEST_CASE("published: Friction of the Modelica Standard Library", "[cases]") {
                     Catch::Matchers::Contains("needs a restitution greater than 0"));
 }
 
+TEST_CASE("published: stick-slip of PathSim", "[cases]") {
+  const struct {
+    double t, place, speed;
+  } list[] = {{30, -0.356574741927155, -1.76335575687742},
+              {60, 3.92936002172841, 0.927642392422872},
+              {100, -4.21494135146019, 0.0153698788679004}};
+  for (const auto& way :
+       {test::penalty, test::event_driven, test::automatic, test::chosen_steps, test::fixed_steps(1e-3)})
+    for (const auto& at : list) {
+      CAPTURE(way.name, at.t);
+      const auto end = test::finished(way, scene_of("published/pathsim-stick-slip/scene.toml",
+                                                    {fmt::format("run.duration={}", at.t)}))
+                           .final_state;
+      // Penalty: 1e-6 m/s of creep for 7 s. Steps: h² v̇ of the changes, v̇ = 30 m/s².
+      const double error = bound(way, 1e-5, 1e-8, 1e-4, 3e-5);
+      CHECK(end.q[3] == Approx(at.place).epsilon(0).margin(error));
+      CHECK(end.v[3] == Approx(at.speed).epsilon(0).margin(error));
+    }
+}
+
 TEST_CASE("published: DemoFreeWheel of the Modelica Standard Library", "[cases]") {
   for (const auto& way : {test::penalty, test::event_driven, test::automatic, test::fixed_steps(1e-4)}) {
     CAPTURE(way.name);

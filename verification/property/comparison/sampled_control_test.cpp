@@ -195,8 +195,8 @@ TEST_CASE("a sampled servo hunts across a backlash as its describing function pr
   const reference::SampledCycle cycle(by_hand.places, 800, h);
   CHECK(cycle.omega == Approx(10.593).epsilon(1e-3));  // the same in Python
   CHECK(cycle.amplitude == Approx(2.1671e-3).epsilon(1e-3));
-  // Within the errors of the neglected harmonics: 6.0 % and 17.6 %, with the third one 1.5 % and 3.9 %. All up to
-  // the 15th leave what the harmonics above pass, below 0.1 %.
+  // Within the errors of the neglected harmonics: 6.0 % and 17.6 %, with the third one 1.5 % and 3.9 %. All up
+  // to the 15th leave what the harmonics above pass, below 0.1 %.
   for (const int most : {1, 3, 15}) {
     CAPTURE(most);
     harmonic.harmonics = most;
@@ -239,7 +239,8 @@ TEST_CASE("a sampled servo hunts across a backlash as its describing function pr
     REQUIRE(places.size() == 1200);
     const reference::SampledCycle seen(places, 800, h);
     // The load's friction is 2 % of the motor's damping force: 0.1 % and 0.3 % in Python. A fixed step closes
-    // the play up to 1e-4 s late at 0.02 m/s, 0.2 % of it. Penalty: restitution and regularisation act on the load alone.
+    // the play up to 1e-4 s late at 0.02 m/s, 0.2 % of it. Penalty: restitution and regularisation act
+    // on the load alone.
     CHECK(seen.omega == Approx(cycle.omega).epsilon(0.01));
     CHECK(seen.amplitude == Approx(cycle.amplitude).epsilon(0.01));
   }
