@@ -87,9 +87,7 @@ void ReactionBounds::follow(StepData& s, const StepProblem& p, const ImpulseResp
 
 /// Whether the present impulses satisfy the laws with the bounds that they give. A sticking joint
 /// must be within its new bound, whatever its given bound (impulses of joints that stick together
-/// are not unique, and their bounds need not converge); a sliding joint must be at its bound, or as near
-/// as its sliding speed can tell: bounds of a joint without load (a mesh that transmits no torque) are
-/// rounding errors.
+/// are not unique, and their bounds need not converge); a sliding joint must be at its bound.
 bool ReactionBounds::laws_hold(double share, const StepProblem& p) const {
   const double size = image_.maxCoeff();
   for (int i = 0; i < coupled_.size(); ++i) {
@@ -97,10 +95,7 @@ bool ReactionBounds::laws_hold(double share, const StepProblem& p) const {
     const double impulse = std::abs(u.impulse_t);
     const bool sticks =
         impulse < u.bound * (1 - 1e-9) || std::abs(p.problem.rate(u.tangent)) <= 1e-10 * slide_scale;
-    const double off = std::abs(image_[i] - u.bound);
-    const bool at_bound =
-        off <= share * size || off * p.problem.D(u.tangent, u.tangent) <= 1e-14 * slide_scale;
-    if (sticks ? impulse > image_[i] : !at_bound) return false;
+    if (sticks ? impulse > image_[i] : !(std::abs(image_[i] - u.bound) <= share * size)) return false;
   }
   return true;
 }
