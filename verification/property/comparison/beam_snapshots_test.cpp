@@ -32,8 +32,10 @@ const std::string events = "nonsmooth.scheme=event-driven",
 
 TEST_CASE("snapshots: an elastic rod in flight and in contact with a wall", "[snapshot][beams]") {
   for (const auto& keys : {std::string(), reduced}) {
-    for (const auto& scheme : {events, stepping + "1e-4", adaptive, automatic})
+    for (const auto& scheme : {events, adaptive, automatic})
       check(rod_on_wall(), "nonsmooth", scheme + keys, {flight, contact, impact});
+    check(rod_on_wall(), "nonsmooth", stepping + "1e-4" + keys,
+          {flight, impact});  // all impulses are impacts
     for (const std::string integrator :
          {"adams_bashforth_moulton", "rosenbrock4", "dopri5", "bulirsch_stoer"})
       check(rod_on_wall(), "penalty", "penalty.integrator=" + integrator + keys, {flight, contact});
@@ -50,7 +52,7 @@ TEST_CASE("snapshots: a slider-crank with a flexible rod, a loose pin and instru
   for (const auto& [text, keys] : {std::pair{whole, std::string()}, std::pair{without, reduced}}) {
     const auto brief = keys + " run.revolutions=0.025 run.discard=0";
     check(text, "nonsmooth", events + brief, {flight, impact});
-    check(text, "nonsmooth", stepping + "2e-5" + brief, {flight, contact});
+    check(text, "nonsmooth", stepping + "2e-5" + brief, {flight, impact});
     check(text, "penalty", brief, {flight, contact});
   }
   check(whole, "nonsmooth", adaptive + " run.revolutions=0.025 run.discard=0", {flight, impact});
