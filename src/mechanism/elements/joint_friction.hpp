@@ -25,7 +25,7 @@ struct ReactionFriction {
   double friction = 0;                       ///< μ of sliding, ≥ 0
   double pin_radius = 0;                     ///< m, > 0, of a revolute joint
   std::optional<double> slider_length = {};  ///< m, of a translational joint
-  StaticFriction peak = {};
+  StaticFriction peak = {};                  ///< μ_s, v_S and n
 };
 
 /// Static value of a fixed bound.
