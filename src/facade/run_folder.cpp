@@ -58,7 +58,7 @@ struct Recorders {
       films.emplace(film_probe(simulation.scene()), simulation.scene().run.discard);
     const auto add = [&](auto& file, const char* name) { file.emplace(folder / name, resumed); };
     add(trajectory, "trajectory.csv");
-    if (!layout.contacts.empty()) add(events, "events.csv");
+    if (!layout.contacts.empty() || !layout.families.empty()) add(events, "events.csv");
     if (!layout.channels.empty()) add(signals, "signals.csv");
     if (simulation.scene().run.forces) add(forces, "forces.csv");
     if (!BearingLoadObserver::needed(simulation.scene())) return;

@@ -252,3 +252,20 @@ TEST_CASE("compare ends with status 1 if either formulation stops", "[compare]")
   CHECK(run.status == 1);
   CHECK_THAT(run.err, Contains("nonsmooth: stopped"));
 }
+
+TEST_CASE("events.csv names each pair of a group, whose contacts are found by proximity", "[groups]") {
+  // Two discs fall onto the floor at once, and onto each other: the second one after the rebound of the first.
+  test::TemporaryFolder folder;
+  const auto place = folder.path().string();
+  write_file(
+      folder.path() / "heap.toml",
+      "gravity = [0, -9.81]\n[groups.g]\nmass = 0.1\nradius = 0.01\npositions = [[0.1, 0.011], [0.1, 0.032], "
+      "[0.2, 0.011]]\nwalls = [[0, 0], [0.3, 0]]\nsurface = \"s\"\npairs = \"near\"\n"
+      "[surfaces.s]\nrestitution = 0.5\nfriction = 0.3\n[run]\nduration = 0.1\nstart = \"given\"\n"
+      "[nonsmooth]\nscheme = \"moreau-jean\"\nstep = 1e-4\n");
+  test::succeeded("run " + place + "/heap.toml --formulation nonsmooth -o " + place + "/out");
+  std::set<std::string> pairs;
+  for (const auto& line : test::lines_of(test::file_text(folder.path() / "out/events.csv")))
+    pairs.insert(test::fields_of(line)[1]);
+  CHECK(pairs == std::set<std::string>{"joint", "g-1-g-2", "g-wall1-g-1", "g-wall1-g-3"});
+}
