@@ -20,7 +20,7 @@ import signal
 import subprocess
 import threading
 
-FILES = ["CMakeLists.txt", "CMakePresets.json"]
+FILES = ["CMakeLists.txt", "CMakePresets.json", "LICENSE"]
 FOLDERS = ["src", "formulations", "plots", "verification", "cases", "scripts", "docs", ".ci", "README.md"]
 UNITS = 16
 EXECUTED = "build/coverage/executed.json"  # written by scripts/coverage
