@@ -20,7 +20,7 @@ TEST_CASE("random mechanisms with beams contain every kind, and beams, joints an
     seen.insert(drawn.kind);
     all += drawn.text;
     const auto& beams = parse_scene(drawn.text, "random scene").mechanism.beams;
-    CHECK(beams.size() >= 1);
+    CHECK_FALSE(beams.empty());
     CHECK(beams.size() <= 3);
   }
   CHECK(seen == std::set<std::string>{"flying-beams", "cantilevers", "beam-loops"});
