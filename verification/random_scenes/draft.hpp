@@ -176,7 +176,7 @@ class Draft {
   /// For checks that need no reference: [run], steps, and speeds that friction is regularised by.
   void run(Draw& draw);
   /// For scenes with a reference for every row: [run], and steps from the recorded times.
-  void finish(double duration);
+  void finish(double until);
   ///@}
 
  private:
