@@ -175,9 +175,9 @@ std::vector<ProfileFile> profile_files(const WearStudy& all) {
       for (const auto& [surface, profile] :
            {std::pair("bearing", &profiles.bearing), std::pair("journal", &profiles.journal)}) {
         if (!*profile) continue;
-        auto& file =
-            files.emplace_back(fmt::format("profile_{}_{}_{}.csv", surface, safe_name(name), h.formulation),
-                               Table("angle,deviation"));
+        auto& file = files.emplace_back(
+            ProfileFile{fmt::format("profile_{}_{}_{}.csv", surface, safe_name(name), h.formulation),
+                        Table("angle,deviation")});
         for (const auto& [angle, deviation] : (*profile)->points) file.points.row(angle, deviation);
       }
     }
