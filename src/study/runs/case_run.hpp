@@ -133,7 +133,7 @@ class CaseRun : public StudyRun {
   RunRequest request() override;
   double next_shown() const override;
   std::vector<Observer*> followers() const override;
-  bool take(Result result) override;
+  bool take(Result run) override;
   /// The result after its end.
   CaseResult& made();
 

@@ -336,3 +336,15 @@ TEST_CASE("wrong files of measured points are refused with their line", "[studie
     CHECK_FALSE(std::filesystem::exists(study.out / "points.json"));
   }
 }
+
+TEST_CASE("the table of a sweep is in the order of the values, whatever that of the study", "[study]") {
+  const test::BallStudy balls("values = [0.6, 0.3, 0.5]", "formulations = [\"nonsmooth\"]\n");
+  const auto sweep = balls.run({"sweep", balls.study.string(), "-o", balls.out.string()});
+  REQUIRE(sweep.status == 0);
+  const auto at = [&](const char* value) {
+    return sweep.out.find(std::string("\n  ") + value + "  nonsmooth");
+  };
+  CHECK(at("0.3") < at("0.5"));
+  CHECK(at("0.5") < at("0.6"));
+  CHECK(at("0.6") != sweep.out.npos);
+}

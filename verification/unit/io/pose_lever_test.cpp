@@ -29,7 +29,7 @@ TEST_CASE("lines lead from bodies to an outline's nearest point and to the disc 
   const auto text =
       "format = 2\n" + test::body("wheel", 1, 0.01) +
       test::body("crank", 1, 0.01, "position = [0.5, 0.0]\n") + test::pin("hub", "ground", "wheel") +
-      test::pin("shaft", "ground", "crank", {0.5, 0}) + test::surface("steel", 0.5) +
+      test::pin("shaft", "ground", "crank", {0.6, 0}, {0.1, 0}) + test::surface("steel", 0.5) +
       "[contacts.land]\ntype = \"outline\"\nbetween = [\"wheel\", \"crank\"]\n"
       "at = [[0.1, 0.0], [0.0, 0.2]]\npoints = [[0.0, 0.1], [0.2, 0.1], [0.0, 0.3]]\nradius = 0.01\n"
       "stiffness = 1e6\nsurface = \"steel\"\n" +
@@ -44,6 +44,7 @@ TEST_CASE("lines lead from bodies to an outline's nearest point and to the disc 
   // The corner (0.1, 0.1) of the wheel, turned by a quarter.
   CHECK(lines[0].at.norm() == Approx(0).margin(1e-15));
   CHECK((lines[0].more - Vec2{-0.1, 0.1}).norm() == Approx(0).margin(1e-15));
-  CHECK((lines[1].at - Vec2{0.5, 0}).norm() == Approx(0).margin(1e-15));
+  // From the crank's only corner.
+  CHECK((lines[1].at - Vec2{0.6, 0}).norm() == Approx(0).margin(1e-15));
   CHECK((lines[1].more - Vec2{0.5, 0.2}).norm() == Approx(0).margin(1e-15));
 }
