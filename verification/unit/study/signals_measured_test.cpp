@@ -86,8 +86,9 @@ TEST_CASE("a measured table with other units, gaps or values that are no acceler
          "acceleration must be in m/s²"},
         {"t,acceleration", [](int i) { return two_numbers(1e-5 * i, wave(i)); },
          "less than a turn of the crank"}})
-    CHECK_THAT(test::refusal_of([&] { read_measurement(table(folder, head, line), speed, 10); }),
-               Contains(message));
+    CHECK_THAT(
+        test::refusal_of([&, &h = head, &l = line] { read_measurement(table(folder, h, l), speed, 10); }),
+        Contains(message));
   CHECK_THAT(test::refusal_of([&] { read_measurement(folder.path() / "none.csv", speed, 10); }),
              Contains("no such file"));
 }
