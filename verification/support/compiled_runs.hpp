@@ -109,6 +109,18 @@ inline void check_same_run(const Result& a, const Result& b) {
   }
 }
 
+/// A run with events that is compiled in all parts is bitwise identical to one without compiled functions. Returns it.
+inline Result check_all_compiled(const Way& way, const std::string& text) {
+  const auto scene = scene_by(way, text);
+  auto found = run_as(scene, name_of(way.family), Compile::always);
+  CHECK(found.compiled.used);
+  CHECK(found.compiled.general_parts.empty());
+  CHECK(found.ending.status == Ending::Status::finished);
+  CHECK(found.events_seen > 0);
+  check_same_run(found, run_as(scene, name_of(way.family), Compile::never));
+  return found;
+}
+
 /// Runs cases/NAME.toml for a duration (s). Compiled functions refuse at most a share of the
 /// evaluations of the motion, of fixed steps: of the steps.
 inline Result check_compiled(const std::string& name, double duration, const Way& way, double refused,

@@ -34,13 +34,7 @@ TEST_CASE("compiled runs with beams have the digits of the general functions", "
       run_for(0.07);
   for (const auto& way : {penalty, event_driven, fixed_steps(1e-4)}) {
     CAPTURE(way.name);
-    const auto scene = scene_by(way, text);
-    const auto found = run_as(scene, name_of(way.family), Compile::always);
-    CHECK(found.compiled.used);
-    CHECK(found.compiled.general_parts.empty());
-    CHECK(found.ending.status == Ending::Status::finished);
-    CHECK(found.events_seen > 0);
-    check_same_run(found, run_as(scene, name_of(way.family), Compile::never));
+    check_all_compiled(way, text);
   }
 }
 

@@ -30,13 +30,7 @@ TEST_CASE("compiled runs with ratios have the digits of the general functions", 
       drive("engine", "lead", "torque_curve = \"swing\"\n") + run_for(0.3);
   for (const auto& way : {penalty, event_driven, fixed_steps(1e-4)}) {
     CAPTURE(way.name);
-    const auto scene = scene_by(way, text);
-    const auto found = run_as(scene, name_of(way.family), Compile::always);
-    CHECK(found.compiled.used);
-    CHECK(found.compiled.general_parts.empty());
-    CHECK(found.ending.status == Ending::Status::finished);
-    CHECK(found.events_seen > 0);
+    const auto found = check_all_compiled(way, text);
     CHECK(std::abs(found.ledger.closure()) < 1e-3 * found.ledger.scale());
-    check_same_run(found, run_as(scene, name_of(way.family), Compile::never));
   }
 }

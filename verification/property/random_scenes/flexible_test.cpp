@@ -10,26 +10,39 @@
 using namespace freeplay;
 using namespace freeplay::verification::random_scenes;
 
-TEST_CASE("random mechanisms with beams contain every kind, and beams, joints and contacts of all sorts",
-          "[random-scenes][beams]") {
+namespace {
+
+/// Two hundred scenes of a selection have these kinds and words; `look` is called with each.
+void check_draws(const std::string& selection, const std::set<std::string>& kinds,
+                 const std::vector<const char*>& words, const std::function<void(const Scene&)>& look) {
   std::set<std::string> seen;
   std::string all;
   for (int i = 0; i < 200; ++i) {
-    const auto drawn = draw(1, i, "flexible");
+    const auto drawn = draw(1, i, selection);
     CAPTURE(i, drawn.text);
     seen.insert(drawn.kind);
     all += drawn.text;
-    const auto& beams = parse_scene(drawn.text, "random scene").mechanism.beams;
-    CHECK_FALSE(beams.empty());
-    CHECK(beams.size() <= 3);
+    look(parse_scene(drawn.text, "random scene"));
   }
-  CHECK(seen == std::set<std::string>{"flying-beams", "cantilevers", "beam-loops"});
-  for (const char* word : {"\"rectangle\"", "\"circle\"", "\"tube\"", "second_moment", "shear_modulus",
-                           "curvature", "damping", "elements = 1\n", "elements = 8\n", "\"translational\"",
-                           "clearance", "\"plane\"", "\"discs\"", "speed =", "torque =", "gravity"}) {
+  CHECK(seen == kinds);
+  for (const char* word : words) {
     CAPTURE(word);
     CHECK(all.find(word) != all.npos);
   }
+}
+
+}  // namespace
+
+TEST_CASE("random mechanisms with beams contain every kind, and beams, joints and contacts of all sorts",
+          "[random-scenes][beams]") {
+  check_draws("flexible", {"flying-beams", "cantilevers", "beam-loops"},
+              {"\"rectangle\"", "\"circle\"", "\"tube\"", "second_moment", "shear_modulus", "curvature",
+               "damping", "elements = 1\n", "elements = 8\n", "\"translational\"", "clearance", "\"plane\"",
+               "\"discs\"", "speed =", "torque =", "gravity"},
+              [](const Scene& scene) {
+                CHECK_FALSE(scene.mechanism.beams.empty());
+                CHECK(scene.mechanism.beams.size() <= 3);
+              });
 }
 
 TEST_CASE("the pieces of a beam stated by themselves begin as the beam, and transformations are undone",
@@ -50,21 +63,10 @@ TEST_CASE("the pieces of a beam stated by themselves begin as the beam, and tran
 
 TEST_CASE("random beams with sections, free ends and modes are drawn by their selection alone",
           "[random-scenes][beams]") {
-  std::set<std::string> seen;
-  std::string all;
-  for (int i = 0; i < 200; ++i) {
-    const auto drawn = draw(1, i, "beams");
-    CAPTURE(i, drawn.text);
-    seen.insert(drawn.kind);
-    all += drawn.text;
-    CHECK_NOTHROW(System(parse_scene(drawn.text, "random scene").mechanism));
-  }
-  CHECK(seen == std::set<std::string>{"sectioned-beams", "reduced-beams"});
-  for (const char* word : {"sections = [[0, ", "], [0.5, ", "\"free\"", "damping_ratio", "modes = 0\n",
-                           "modes = 3\n", "\"translational\""}) {
-    CAPTURE(word);
-    CHECK(all.find(word) != all.npos);
-  }
+  check_draws("beams", {"sectioned-beams", "reduced-beams"},
+              {"sections = [[0, ", "], [0.5, ", "\"free\"", "damping_ratio", "modes = 0\n", "modes = 3\n",
+               "\"translational\""},
+              [](const Scene& scene) { CHECK_NOTHROW(System(scene.mechanism)); });
 }
 
 namespace {
